@@ -1,0 +1,72 @@
+# Chapter 17, Lesson 1, in six forms: build and run them all, then judge them.
+# Each language folder brings its own rules (<folder>/port.mk) and facts (<folder>/port.toml).
+
+# ---- Settings ----
+
+SHELL := /bin/sh
+MAKEFLAGS += --no-builtin-rules --no-print-directory
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+
+PYTHON := .venv/bin/python
+RUN := $(PYTHON) -B conformance/run.py
+
+include $(sort $(wildcard */port.mk))
+
+PORTS ?= $(KNOWN_PORTS)
+UNKNOWN_PORTS := $(filter-out $(KNOWN_PORTS),$(PORTS))
+ifneq ($(UNKNOWN_PORTS),)
+$(error PORTS: no port is called $(UNKNOWN_PORTS); the ports are $(KNOWN_PORTS))
+endif
+export PORTS
+
+# ---- What to type ----
+
+.PHONY: help all check bench clean distclean
+help:  ## this list
+	@sed -n 's/^\([a-z]*\):.*## /  make \1: /p' $(MAKEFILE_LIST) | sort
+	@echo '  make PORT: one of $(KNOWN_PORTS)'
+	@echo '  make all PORTS="python cpp": these alone; the same for check'
+
+all:  ## set up, build and run every program, and end with a table
+	@status=0; $(MAKE) ports || status=$$?; \
+	if [ -x $(PYTHON) ]; then $(PYTHON) -m conformance table; fi; exit $$status
+
+check:  ## bring all up to date, then judge every result
+	@$(MAKE) --keep-going all || echo 'check: not every program ran; the verdict counts them' >&2
+	$(PYTHON) -m pytest conformance
+
+bench: ports  ## measure how long things take
+	$(PYTHON) -m conformance.bench
+
+clean:  ## remove all that was made
+	rm -rf build
+
+distclean: clean  ## remove the Python environment too
+	rm -rf .venv
+
+# ---- Set-up ----
+
+# With --keep-going, what cannot be installed is left to the ports that need it.
+.PHONY: system environment
+system:
+	@conformance/setup.sh apt.txt $(addsuffix /apt.txt,$(sort $(foreach port,$(PORTS),$(FOLDER.$(port))))) \
+	$(if $(findstring k,$(firstword -$(MAKEFLAGS))),|| true)
+
+environment: .venv/installed
+
+.venv/installed: requirements.txt | system
+	@python3 -c 'import sys; sys.exit(sys.version_info < (3, 11) and "set-up: Python 3.11 or newer is needed")'
+	@echo 'set-up: installing the Python packages of requirements.txt in .venv (a minute or two)'
+	@test -x $(PYTHON) || python3 -m venv .venv
+	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.txt
+	@touch $@
+
+# ---- Programs ----
+
+.PHONY: ports $(KNOWN_PORTS)
+ports: $(PORTS)
+$(KNOWN_PORTS): %: build/%/done
+
+build/%/done: conformance/run.py conformance/ports.py | environment
+	$(RUN) $*

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""Which ports there are, how each is spelled and run, and where its results lie.
+
+The facts come from the `port.toml` of every language folder; the standard library suffices to read them.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@dataclass(frozen=True)
+class Engine:
+    """One engine that can run a port; `tolerance` bounds its error in every column."""
+
+    name: str
+    proprietary: bool
+    program: str
+    version: tuple[str, ...]
+    command: tuple[str, ...]
+    install: str
+    tolerance: float
+    products: tuple[str, ...] = ()
+
+    def found(self, root: Path) -> bool:
+        """Whether its program is there: on the PATH, or at its path below `root`."""
+        return shutil.which(root / self.program if "/" in self.program else self.program) is not None
+
+
+@dataclass(frozen=True)
+class Port:
+    """One program: its facts, and the paths of its source and results."""
+
+    name: str
+    folder: Path
+    language: str
+    source: str
+    method: str
+    comment: tuple[str, str]
+    section: str
+    products: tuple[str, ...]
+    engines: tuple[Engine, ...]
+
+    @property
+    def source_path(self) -> Path:
+        return self.folder / self.source
+
+    @property
+    def build(self) -> Path:
+        return self.folder.parent / "build" / self.name
+
+    @property
+    def csv(self) -> Path:
+        return self.build / f"Chapter17_Lesson1_{self.name}.csv"
+
+    @property
+    def stdout(self) -> Path:
+        return self.build / "stdout.txt"
+
+    def source_hash(self) -> str:
+        """SHA-256 of the source in the tree."""
+        return hashlib.sha256(self.source_path.read_bytes()).hexdigest()
+
+    def run(self) -> dict[str, Any] | None:
+        """The record of the last run (`run.json`), or None where there is none."""
+        path = self.build / "run.json"
+        return json.loads(path.read_text()) if path.exists() else None
+
+    def ran_engine(self, run: dict[str, Any]) -> Engine:
+        """The engine that a record names."""
+        return next(engine for engine in self.engines if engine.name == run["engine"])
+
+
+def read_ports(root: Path = ROOT) -> dict[str, Port]:
+    """Every port of every `*/port.toml`, by name."""
+    ports = {}
+    for path in sorted(root.glob("*/port.toml")):
+        for name, facts in tomllib.loads(path.read_text()).items():
+            engines = tuple(_engine(**engine) for engine in facts.pop("engine"))
+            comment = tuple(facts.pop("comment"))
+            products = tuple(facts.pop("products"))
+            ports[name] = Port(name, path.parent, comment=comment, products=products, engines=engines, **facts)
+    return ports
+
+
+def _engine(version: list[str], command: list[str], products: list[str] | None = None, **facts: Any) -> Engine:
+    return Engine(version=tuple(version), command=tuple(command), products=tuple(products or ()), **facts)
+
+
+def selected_ports(root: Path = ROOT) -> dict[str, Port]:
+    """The ports that the environment variable PORTS names, all where it is not set.
+
+    Raises ValueError for a name that is no port's.
+    """
+    ports = read_ports(root)
+    names = os.environ.get("PORTS", " ".join(ports)).split()
+    unknown = [name for name in names if name not in ports]
+    if unknown or not names:
+        raise ValueError(f"PORTS: {' '.join(unknown) or 'empty'}; the ports are {' '.join(ports)}")
+    return {name: ports[name] for name in names}

@@ -1,0 +1,5 @@
+# Mathematica: the notebook's Input cells, run in order without a front end.
+KNOWN_PORTS += mathematica
+FOLDER.mathematica := mathematica
+
+build/mathematica/done: mathematica/port.toml $(wildcard mathematica/*.nb mathematica/*.wl mathematica/*.wls)

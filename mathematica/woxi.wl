@@ -1,0 +1,31 @@
+(* SPDX-License-Identifier: MIT *)
+(* What the notebook needs and Woxi lacks; loaded under Woxi alone. *)
+
+$FrontEnd = Null;  (* no front end, as under wolframscript *)
+
+(* Woxi's NDSolveValue takes 1000 equal RK4 steps over whatever span it is given and ignores the accuracy asked for.
+   Here the span is cut into pieces of 0.5 s, each started from the end of the one before: steps of 0.0005 s. *)
+
+pieceLength = 1.0;
+
+Unprotect[NDSolveValue];
+inPieces = False;
+NDSolveValue[equations_List, functions_List, {t_, start_, end_}, options___] /; ! inPieces :=
+  Block[{inPieces = True}, Module[{initial, law, values, solutions},
+    initial = Select[equations, MemberQ[functions, Head[#[[1]]]] &];  (* x[start] == value *)
+    law = Complement[equations, initial];
+    values = functions /. Map[Function[e, Head[e[[1]]] -> e[[2]]], initial];
+    count = Ceiling[(end - start) / pieceLength];
+    ends = start + (end - start) * Range[0, count] / count;
+    Do[
+      solutions = NDSolveValue[Join[law, Thread[Map[#[ends[[i]]] &, functions] == values]],
+        functions, {t, ends[[i]], ends[[i + 1]]}];
+      values = Map[#[ends[[i + 1]]] &, solutions];
+      Do[piece[k, i] = solutions[[k]], {k, Length[functions]}],
+      {i, count}];
+    Map[spliced, Range[Length[functions]]]]];
+
+(* spliced[k] is the k-th solution, over all pieces *)
+spliced[k_]["Domain"] := {{First[ends], Last[ends]}};
+spliced[k_][t_?NumberQ] :=
+  piece[k, Clip[Ceiling[count * (t - First[ends]) / (Last[ends] - First[ends])], {1, count}]][t];

@@ -1,0 +1,13 @@
+classdef EMChart < handle
+%EMChart  What sfroot().find('-isa', 'Stateflow.EMChart', ...) finds: the code of a MATLAB Function block.
+% SPDX-License-Identifier: MIT
+  properties
+    Path = '';
+    Script = sprintf('function y = fcn(u)\ny = u;\nend');
+  end
+  methods
+    function chart = EMChart(path)
+      chart.Path = path;
+    end
+  end
+end

@@ -1,0 +1,6 @@
+% Run a program of matlab/ under GNU Octave: octave-cli --norc run_program.m Chapter17_Lesson1
+% SPDX-License-Identifier: MIT
+here = fileparts(mfilename('fullpath'));
+addpath(here, fileparts(here));
+warning('off', 'Octave:gnuplot-graphics');  % a remark on the toolkit, not on the program
+feval(argv(){end});
