@@ -9,7 +9,7 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DEFAULT_GOAL := help
 
 PYTHON := .venv/bin/python
-RUN := $(PYTHON) -B conformance/run.py
+RUN := $(PYTHON) -B -m conformance.run
 
 include $(sort $(wildcard */port.mk))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Run one port in build/<port>/ and record how: python conformance/run.py PORT.
+"""Run one port in build/<port>/ and record how: python -m conformance.run PORT.
 
 Leaves there what the program makes, its standard output and error (stdout.txt, stderr.txt), the record run.json and,
 after a success, the empty file `done` for make. With --engine, only asks that an engine is there.
@@ -13,7 +13,7 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ports import ROOT, Engine, Port, read_ports
+from conformance.ports import ROOT, Engine, Port, read_ports
 
 
 def choose_engine(port: Port) -> Engine:

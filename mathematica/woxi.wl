@@ -21,6 +21,7 @@ NDSolveValue[equations_List, functions_List, {t_, start_, end_}, options___] /; 
       solutions = NDSolveValue[Join[law, Thread[Map[#[ends[[i]]] &, functions] == values]],
         functions, {t, ends[[i]], ends[[i + 1]]}];
       values = Map[#[ends[[i + 1]]] &, solutions];
+      If[! And @@ Map[TrueQ[Abs[#] < 10.^100] &, values], count = i - 1; ends = Take[ends, i]; Break[]];
       Do[piece[k, i] = solutions[[k]], {k, Length[functions]}],
       {i, count}];
     Map[spliced, Range[Length[functions]]]]];

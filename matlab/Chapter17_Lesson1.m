@@ -67,7 +67,11 @@ png_name = 'Chapter17_Lesson1_matlab.png';
 
     function [t, x1, x2, theta_hat] = simulate()
         options = odeset('RelTol', rel_tol, 'AbsTol', abs_tol, 'MaxStep', max_step);
-        [t, states] = ode45(@closed_loop, [0, t_final], [x1_start; x2_start; theta_hat_start], options);
+        try
+            [t, states] = ode45(@closed_loop, [0, t_final], [x1_start; x2_start; theta_hat_start], options);
+        catch problem
+            error('Chapter17_Lesson1:integration', 'Chapter17_Lesson1: integration failed: %s\n', problem.message);
+        end
         if t(end) < t_final || ~all(isfinite(states(:)))
             error('Chapter17_Lesson1:integration', ...
                   'Chapter17_Lesson1: integration failed at t = %g\n', t(end));

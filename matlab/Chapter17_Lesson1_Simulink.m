@@ -110,7 +110,11 @@ closed_loop = [
 
     function [t, x1, x2, theta_hat, r] = simulate()
         build_model();
-        output = sim(model, 'ReturnWorkspaceOutputs', 'on');
+        try
+            output = sim(model, 'ReturnWorkspaceOutputs', 'on');
+        catch problem
+            error('Chapter17_Lesson1:integration', 'Chapter17_Lesson1: integration failed: %s\n', problem.message);
+        end
         close_system(model, 0);
         t = output.state_log.time;
         % a column signal is logged as 3-by-1-by-N, a vector signal as N-by-3: both become N-by-3

@@ -90,7 +90,7 @@ def simulate():
             max_step=max_step,
         )
     if not solution.success:
-        raise RuntimeError(f"integration failed at t = {solution.t[-1]:g}: {solution.message}")
+        raise RuntimeError(f"integration failed: {solution.message}")
     return solution.t, *solution.y
 
 

@@ -3,4 +3,5 @@
 here = fileparts(mfilename('fullpath'));
 addpath(here, fileparts(here));
 warning('off', 'Octave:gnuplot-graphics');  % a remark on the toolkit, not on the program
+warning('off', 'integrate_adaptive:unexpected_termination');  % the programs say so themselves
 feval(argv(){end});

@@ -13,7 +13,7 @@ function output = sim(name, varargin)
 
   span = [number(settings, 'StartTime'), number(settings, 'StopTime')];
   check_widths(model, plan, evaluate(plan, span(1), plan.start));
-  derivative = @(t, state) state_derivative(plan, evaluate(plan, t, state));
+  derivative = @(t, state) state_derivative(model, plan, t, evaluate(plan, t, state));
   [time, states] = ode45(derivative, span, plan.start, solver_options(settings, span));
   output = log_signals(model, plan, time, states);
 end
@@ -172,11 +172,15 @@ function check_widths(model, plan, signals)
   end
 end
 
-function slope = state_derivative(plan, signals)
+function slope = state_derivative(model, plan, t, signals)
   slope = zeros(size(plan.start));
   for k = 1:numel(plan.slots)
     if ~isempty(plan.slots{k})
       slope(plan.slots{k}) = signals{plan.wires{k}(1)}{plan.wires{k}(2)};
+      if ~all(isfinite(slope(plan.slots{k})))
+        error('Simulink:Engine:DerivNotFinite', ...
+              'the derivative of the state of block ''%s/%s'' is not finite at t = %g\n', model.name, model.blocks(k).name, t);
+      end
     end
   end
 end

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: MIT
+"""From a scenario to the truth: the lesson's plant, the derived closed loop, and the enclosure of its solution.
+
+No formula of the controller stands here: `design` derives them from the plant.
+"""
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+import sympy as sp
+
+from conformance.design import ClosedLoop, closed_loop, tuning_functions
+from conformance.scenario import Scenario
+from conformance.strict_feedback import Plant, strict_feedback
+from conformance.trajectory import Array
+from conformance.truth import Enclosure, InitialValueProblem, enclose
+
+ROWS = ("x1", "x2", "theta_hat", "z1", "z2", "V")
+
+
+def _exact(value: Fraction) -> sp.Rational:
+    return sp.Rational(value.numerator, value.denominator)
+
+
+@functools.cache
+def derived_loop(scenario: Scenario) -> ClosedLoop:
+    """The closed loop of the lesson's plant (7) under the adaptive controller derived for it."""
+    x1, x2, u, theta, t = sp.symbols("x1 x2 u theta t")
+    plant = strict_feedback(Plant((x1, x2), u, (theta,), (x2 + theta * x1, u)))
+    design = tuning_functions(plant, (_exact(scenario.k1), _exact(scenario.k2)), _exact(scenario.gamma))
+    reference = _exact(scenario.amplitude) * sp.sin(_exact(scenario.omega) * t)
+    return closed_loop(design, [_exact(scenario.theta)], reference, time=t)
+
+
+def problem(scenario: Scenario) -> InitialValueProblem:
+    """The closed loop as an initial-value problem; `dissipated` is the integral of k1 z1^2 + k2 z2^2."""
+    loop = derived_loop(scenario)
+    start = (scenario.x1_start, scenario.x2_start, scenario.theta_hat_start, Fraction(0))
+    explicit = loop.explicit
+    return InitialValueProblem(
+        loop.time,
+        (*loop.states, sp.Symbol("dissipated")),
+        tuple(explicit(e) for e in (*loop.rhs, loop.dissipation)),
+        tuple(map(_exact, start)),
+        _exact(scenario.horizon),
+        (("z1", explicit(loop.z[0])), ("z2", explicit(loop.z[1])), ("V", explicit(loop.V))),
+    )
+
+
+@functools.cache
+def truth(scenario: Scenario) -> Enclosure:
+    """The proven enclosure of x1, x2, theta_hat, dissipated, z1, z2 and V."""
+    return enclose(problem(scenario))
+
+
+@dataclass(frozen=True)
+class Field:
+    """The closed loop in double precision: functions of t (s), shape (rows,), and of states, shape (rows, 3)."""
+
+    reference: Callable[[Array], Array]  # r
+    first: Callable[[Array, Array], Array]  # state'
+    second: Callable[[Array, Array], Array]  # state'' along solutions
+    errors: Callable[[Array, Array], Array]  # z1, z2
+    error_gain: float  # max |dz| over max |dstate|, to first order, along the exact solution
+
+
+@functools.cache
+def field(scenario: Scenario) -> Field:
+    """The derived closed loop as functions of arrays."""
+    loop = derived_loop(scenario)
+    rhs = sp.Matrix([loop.explicit(e) for e in loop.rhs])
+    z = sp.Matrix([loop.explicit(e) for e in loop.z])
+    reference = sp.lambdify(loop.time, loop.explicit(loop.reference), "numpy")
+    t = np.linspace(0, float(scenario.horizon), 2001)
+    states = truth(scenario).evaluate(t, [s.name for s in loop.states]).T
+    gradients = [_columns(loop, z[i, :].jacobian(loop.states))(t, states) for i in range(2)]
+    return Field(
+        reference=lambda t: reference(t) + 0 * t,
+        first=_columns(loop, rhs),
+        second=_columns(loop, rhs.diff(loop.time) + rhs.jacobian(loop.states) * rhs),
+        errors=_columns(loop, z),
+        error_gain=max(float(np.abs(gradient).sum(axis=1).max()) for gradient in gradients),
+    )
+
+
+def _columns(loop: ClosedLoop, column: sp.Matrix) -> Callable[[Array, Array], Array]:
+    function = sp.lambdify((loop.time, *loop.states), list(column), "numpy", cse=True)
+    return lambda t, states: np.column_stack(np.broadcast_arrays(*function(t, *states.T)))

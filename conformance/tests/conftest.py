@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""What the tests share; a test that asks for `port` runs once per program under test."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conformance.ports import ROOT, Port
+from conformance.table import table
+from conformance.tests.programs import PORTS, engine_of, trajectory_of
+from conformance.trajectory import Trajectory
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "port" in metafunc.fixturenames:
+        metafunc.parametrize("port", PORTS.values(), ids=PORTS)
+
+
+@pytest.fixture
+def trajectory(port: Port) -> Trajectory:
+    return trajectory_of(port)
+
+
+@pytest.fixture
+def tolerance(port: Port) -> float:
+    return engine_of(port).tolerance
+
+
+@pytest.fixture
+def copy_of_the_tree(tmp_path: Path) -> Callable[..., Path]:
+    """A function that copies the tree, changed by edits, to a folder whose name has a space; it shares .venv."""
+
+    def copy(*edits: Callable[[Path], None]) -> Path:
+        root = tmp_path / "a copy"
+        ignored = shutil.ignore_patterns("build", ".venv", ".git", "__pycache__")
+        shutil.copytree(ROOT, root, ignore=ignored)
+        (root / ".venv").symlink_to(ROOT / ".venv")
+        for edit in edits:
+            edit(root)
+        return root
+
+    return copy
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Show the table of programs before pytest's own last line."""
+    terminalreporter.section("programs")
+    terminalreporter.write_line(table(PORTS.values()))

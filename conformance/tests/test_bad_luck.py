@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""A program that cannot finish says so in one line, ends with a non-zero status, and leaves no CSV that looks whole."""
+
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conformance.ports import Port, read_ports
+from conformance.run import choose_engine, in_place
+from conformance.tests.programs import PORTS, make, record
+
+ENGINE_REMARK = "error: ignoring const execution_exception& while preparing to exit\n"  # GNU Octave 7.3, at every end
+
+COMPILED = {"cpp", "java"}
+
+
+def set_constant(port: Port, snake_name: str, value: str) -> None:
+    """Change a constant in the Parameters section of a copied program."""
+    head, *tail = snake_name.split("_")
+    name = f"(?:{snake_name}|{head + ''.join(map(str.capitalize, tail))})"
+    text = port.source_path.read_text()
+    text, count = re.subn(rf"(\b{name} = )[-+.e\d]+", rf"\g<1>{value}", text, count=1)
+    assert count == 1, f"{port.name} has no constant {snake_name}"
+    port.source_path.write_text(text)
+
+
+def start(port: Port) -> subprocess.CompletedProcess[str]:
+    """Run a copied program bare, in its build folder."""
+    root = port.folder.parent
+    port.build.mkdir(parents=True, exist_ok=True)
+    if port.name in COMPILED:
+        target = {"cpp": "bin/Chapter17_Lesson1", "java": "bin/Chapter17_Lesson1.class"}[port.name]
+        built = make(root, f"build/{port.name}/{target}")
+        assert built.returncode == 0, built.stderr
+    command = in_place(choose_engine(port).command)
+    return subprocess.run(command, cwd=port.build, capture_output=True, text=True, timeout=120)
+
+
+@pytest.fixture
+def short_program(port: Port, copy_of_the_tree: Callable[..., Path]) -> Port:
+    """The program in a copy of the tree, over 0.1 s instead of 20 s."""
+    record(port)
+    copied = read_ports(copy_of_the_tree())[port.name]
+    set_constant(copied, "t_final", "0.1")
+    return copied
+
+
+def assert_refused(port: Port, answer: subprocess.CompletedProcess[str], reason: str) -> None:
+    assert answer.returncode != 0, f"{port.name} ended with status 0: {answer.stdout}"
+    message = answer.stderr.replace(ENGINE_REMARK, "")
+    assert reason in message and len(message.strip().splitlines()) == 1, f"{port.name} said: {message}"
+    assert not port.csv.is_file()
+
+
+def test_csv_name_that_is_a_folder(short_program: Port) -> None:
+    (short_program.csv / "in the way").mkdir(parents=True)
+    assert_refused(short_program, start(short_program), "Chapter17_Lesson1")
+
+
+def test_full_disk(short_program: Port) -> None:
+    short_program.build.mkdir(parents=True)
+    Path(f"{short_program.csv}.part").symlink_to("/dev/full")
+    assert_refused(short_program, start(short_program), "")
+
+
+def test_integration_that_blows_up(short_program: Port) -> None:
+    set_constant(short_program, "x2_start", "1" + 200 * "0" + ".0")
+    assert_refused(short_program, start(short_program), "integration failed")
+
+
+def test_the_short_program_itself_ends_well(short_program: Port) -> None:
+    answer = start(short_program)
+    assert answer.returncode == 0 and short_program.csv.is_file(), answer.stderr
+    assert not list(short_program.build.glob("*.part"))
+
+
+def test_copies_are_of_programs_under_test() -> None:
+    assert PORTS and shutil.which("make")

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""The Makefile builds what is asked for, again only what changed, and says what is missing."""
+
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conformance.ports import read_ports
+from conformance.tests.programs import make
+
+CopyOfTheTree = Callable[..., Path]
+
+
+@pytest.fixture
+def tree(copy_of_the_tree: CopyOfTheTree) -> Path:
+    """A copy in which cpp has run."""
+    root = copy_of_the_tree()
+    answer = make(root, "cpp")
+    assert answer.returncode == 0, answer.stderr
+    return root
+
+
+def without(program: str, tmp_path: Path) -> str:
+    """A PATH on which every program is found but this one; apt-get and sudo are hidden too."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    for place in os.environ["PATH"].split(":"):
+        for path in Path(place).glob("*") if Path(place).is_dir() else ():
+            link = folder / path.name
+            if path.name not in (program, "apt-get", "sudo") and not link.is_symlink():
+                link.symlink_to(path)
+    return str(folder)
+
+
+def test_an_up_to_date_tree_runs_nothing(tree: Path) -> None:
+    before = (tree / "build/cpp/run.json").read_text()
+    assert "conformance.run" not in make(tree, "cpp").stdout
+    assert (tree / "build/cpp/run.json").read_text() == before
+
+
+def test_a_changed_source_runs_its_program_again(tree: Path) -> None:
+    os.utime(tree / "cpp/Chapter17_Lesson1.cpp")
+    assert "conformance.run cpp" in make(tree, "cpp").stdout
+
+
+def test_a_source_that_does_not_compile_leaves_nothing_stale(tree: Path) -> None:
+    source = tree / "cpp/Chapter17_Lesson1.cpp"
+    source.write_text(source.read_text().replace("return {x1_dot, x2_dot", "int same = 1; return {x1_dot, x2_dot"))
+    answer = make(tree, "cpp")
+    assert answer.returncode != 0 and "unused variable" in answer.stderr
+    assert make(tree, "cpp").returncode != 0  # an earlier success does not hide it
+
+
+def test_a_program_that_fails_is_not_taken_for_done(tree: Path) -> None:
+    source = tree / "cpp/Chapter17_Lesson1.cpp"
+    source.write_text(source.read_text().replace("gamma = 3.0", "gamma = 1e300"))
+    answer = make(tree, "cpp")
+    assert answer.returncode != 0 and "cpp: GCC ended with status 1" in answer.stderr
+    assert "integration failed" in answer.stderr and not list((tree / "build/cpp").glob("*.csv"))
+    assert make(tree, "cpp").returncode != 0
+    table = make(tree, "all", PORTS="cpp")
+    assert table.returncode != 0 and "failed, status 1" in table.stdout
+
+
+def test_missing_engine_is_named_with_what_to_install(copy_of_the_tree: CopyOfTheTree, tmp_path: Path) -> None:
+    root = copy_of_the_tree()
+    path = without("g++", tmp_path)
+    answer = make(root, "--keep-going", "all", PORTS="cpp python", PATH=path)
+    assert answer.returncode != 0
+    assert "cpp: no engine found: it needs GCC (g++; install the Debian package g++" in answer.stderr
+    assert (root / "build/python/done").exists()
+    assert "cpp did not run" in [" ".join(line.split()) for line in answer.stdout.splitlines()]
+
+
+def test_without_keep_going_one_command_is_named(copy_of_the_tree: CopyOfTheTree, tmp_path: Path) -> None:
+    answer = make(copy_of_the_tree(), "all", PORTS="cpp", PATH=without("g++", tmp_path))
+    assert answer.returncode != 0 and "type: brew install gcc" in answer.stderr
+    assert "conformance.run" not in answer.stdout
+
+
+def test_a_program_that_did_not_run_fails_the_check(copy_of_the_tree: CopyOfTheTree) -> None:
+    root = copy_of_the_tree()
+    check = [root / ".venv/bin/python", "-m", "pytest", "conformance/tests/test_results.py"]
+    answer = subprocess.run(check, cwd=root, env={**os.environ, "PORTS": "cpp"}, capture_output=True, text=True)
+    assert answer.returncode == 1 and "cpp is missing: it did not run; type: make cpp" in answer.stdout
+
+
+def test_unknown_port_is_refused(copy_of_the_tree: CopyOfTheTree) -> None:
+    answer = make(copy_of_the_tree(), "all", PORTS="fortran")
+    assert answer.returncode != 0 and "no port is called fortran" in answer.stderr
+
+
+def test_make_and_harness_know_the_same_ports(tree: Path) -> None:
+    names = make(tree, "help").stdout.split("one of ")[1].splitlines()[0].split()
+    assert sorted(names) == sorted(read_ports(tree))
+
+
+def test_a_new_language_is_one_new_folder(copy_of_the_tree: CopyOfTheTree) -> None:
+    root = copy_of_the_tree()
+    folder = root / "shell"
+    folder.mkdir()
+    (folder / "program.sh").write_text("echo t > Chapter17_Lesson1_shell.csv\n")
+    (folder / "port.mk").write_text("KNOWN_PORTS += shell\nFOLDER.shell := shell\nbuild/shell/done: shell/program.sh\n")
+    (folder / "port.toml").write_text(
+        '[shell]\nlanguage = "shell"\nsource = "program.sh"\nmethod = "none"\ncomment = ["# ", ""]\nsection = "{}"\n'
+        'products = []\n[[shell.engine]]\nname = "sh"\nproprietary = false\nprogram = "sh"\nversion = ["echo", "1"]\n'
+        'command = ["sh", "{root}/shell/program.sh"]\ninstall = "sh"\ntolerance = 1e-6\n'
+    )
+    answer = make(root, "shell")
+    assert answer.returncode == 0 and (root / "build/shell/Chapter17_Lesson1_shell.csv").exists(), answer.stderr
+
+
+def test_parallel_make_gives_every_result(copy_of_the_tree: CopyOfTheTree) -> None:
+    root = copy_of_the_tree()
+    assert make(root, "-j2", "all", PORTS="cpp java python").returncode == 0
+    assert all((root / f"build/{name}/done").exists() for name in ("cpp", "java", "python"))
