@@ -36,7 +36,7 @@ check:  ## bring all up to date, then judge every result
 	@$(MAKE) --keep-going all || echo 'check: not every program ran; the verdict counts them' >&2
 	$(PYTHON) -m pytest conformance
 
-bench: ports  ## measure how long things take
+bench: environment .venv/bench  ## measure how long things take
 	$(PYTHON) -m conformance.bench
 
 clean:  ## remove all that was made
@@ -60,6 +60,10 @@ environment: .venv/installed
 	@echo 'set-up: installing the Python packages of requirements.txt in .venv (a minute or two)'
 	@test -x $(PYTHON) || python3 -m venv .venv
 	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.txt
+	@touch $@
+
+.venv/bench: requirements-bench.txt | environment
+	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements-bench.txt
 	@touch $@
 
 # ---- Programs ----

@@ -32,6 +32,7 @@ PARTS = (1, 2, 4, 8, 16, 32, 64)  # pieces per step: the first that meets GOAL
 GOAL = 8e-16  # bound of the error, relative to the scale of a row
 UNIT = 2.0**-53
 SLACK = 1 + 1e-9
+UNDERFLOW = 1e-300  # more than all products lose that leave the range of doubles
 CHUNK = 8192  # times evaluated together, so that they stay in the cache of a core
 
 
@@ -146,7 +147,7 @@ def tabulate(steps: Sequence[Step], bits: int) -> Table:
         centre=left + half,
         half=half,
         polynomial=np.ascontiguousarray(np.concatenate(pieces, axis=2)),
-        bound=SLACK * np.max(bounds, axis=0),
+        bound=SLACK * np.max(bounds, axis=0) + UNDERFLOW,
         scale=scale,
     )
 

@@ -27,12 +27,9 @@ from flint import arb, arb_mat
 from conformance.taylor import Coefficients, Program, coefficients, precision, variational
 
 SHORTEST = 2.0**-40  # of the horizon: the proof ends where it would need a shorter step
-CANDIDATES = 4  # boxes tried as an a priori enclosure, before the step is shortened
+MARGINS = (2.0**-10, 2.0**-20, 2.0**-40, 2.0**-100)  # of the boxes tried as an a priori enclosure, one by one
 SHARP = 2.0**-7  # largest remainder allowed in Y, which is of the order of 1: it widens R by this factor per step
 GUARD_BITS = (16, 48, 112, 240, 496)  # log2(target / remainder allowed per step), one attempt after the other
-
-
-TINY = 1e-300  # stands for 0 in a divisor
 
 
 class ProofEnded(ArithmeticError):
@@ -120,9 +117,9 @@ def expansion(points: Coefficients, over_box: Coefficients, s: arb, order: int) 
     return total + remainder(over_box, s, order)
 
 
-def candidate(image: arb, last: arb) -> arb:
-    """A ball to try next: the image, wider by a share of itself and by its last term, and never a point."""
-    return image + arb(0, image.rad() / 16 + last.abs_upper() + (image.abs_upper() + 1) * 2.0**-100)
+def candidate(image: arb, last: arb, margin: float) -> arb:
+    """A ball to try: the image, wider by a share of itself, by its last term, and by a margin, so never a point."""
+    return image + arb(0, image.rad() / 8 + last.abs_upper() + (image.abs_upper() + 1) * margin)
 
 
 def is_inside(inner: Sequence[arb], outer: Sequence[arb]) -> bool:
@@ -137,17 +134,28 @@ def a_priori(
 
     low: the coefficients at the start, to the order given. Raises NoEnclosure where no candidate passes the test.
     """
-    s, over_box = up_to(h), low
-    for _ in range(CANDIDATES):
-        image = [expansion(low[z], over_box[z], s, order) for z in program.states]
-        box = [candidate(x, remainder(over_box[z], s, order)) for x, z in zip(image, program.states, strict=True)]
+    s = up_to(h)
+    image, last = low_image(program, low, low, s, order)
+    why = ""
+    for margin in MARGINS:
+        box = [candidate(x, r, margin) for x, r in zip(image, last, strict=True)]
         over_box = coefficients(program, t + s, box, order)
-        image = [expansion(low[z], over_box[z], s, order) for z in program.states]
-        if not all(over_box[z][k].is_finite() for z in program.states for k in range(order + 1)):
-            raise NoEnclosure(program.trouble(over_box))
-        if is_inside(image, box):
-            return image, over_box
-    raise NoEnclosure("no a priori enclosure passes the fixed-point test, so the solution may not exist further on")
+        if all(c.is_finite() for z in program.states for c in over_box[z]):
+            image, last = low_image(program, low, over_box, s, order)
+            if is_inside(image, box):
+                return image, over_box
+            why = "no a priori enclosure passes the fixed-point test, so the solution may not exist further on"
+        else:
+            why = program.trouble(over_box)
+    raise NoEnclosure(why)
+
+
+def low_image(
+    program: Program, low: list[Coefficients], over_box: list[Coefficients], s: arb, order: int
+) -> tuple[list[arb], list[arb]]:
+    """Per state: its expansion to this order over the times s, and the remainder in it."""
+    image = [expansion(low[z], over_box[z], s, order) for z in program.states]
+    return image, [remainder(over_box[z], s, order) for z in program.states]
 
 
 # --- One step ------------------------------------------------------------------------------------
@@ -173,6 +181,12 @@ class Flow:
     end: list[arb]  # x and Y at its end
     over_box: list[Coefficients]  # Taylor coefficients of x over `tight`, order K
     fitting: float  # the factor by which the width would just meet the tolerances
+
+
+def factor(limit: float, terms: Sequence[arb], order: int) -> float:
+    """The factor by which s may grow until the largest of the terms c s^order meets the limit, 1000 at most."""
+    sizes = [term.abs_upper() for term in terms if not term.is_zero()]
+    return min([1000.0] + [float((arb(limit) / size) ** (arb(1) / order)) for size in sizes])
 
 
 class Stepper:
@@ -202,37 +216,42 @@ class Stepper:
         over_tight = coefficients(self.program, time + up_to(h), tight[: len(self.program.states)], order)
         if not all(c.is_finite() for r in self.program.rows for c in over_tight[r]):
             raise NoEnclosure(self.program.trouble(over_tight))
-        largest = max(upper(remainder(over_tight[r], arb(h), order)) for r in self.program.rows)
         entries = self.extended.states[len(self.program.states) :]
-        spread = max((upper(remainder(over_box[y], arb(h), q)) for y in entries), default=0.0)
+        remainders = [remainder(over_tight[r], arb(h), order) for r in self.program.rows]
         fitting = min(
-            (self.settings.tolerance / max(largest, TINY)) ** (1 / order), (SHARP / max(spread, TINY)) ** (1 / q)
+            factor(self.settings.tolerance, remainders, order),
+            factor(SHARP, [remainder(over_box[y], arb(h), q) for y in entries], q),
         )
         return Flow(h, tight, end, over_tight, fitting)
 
     def first_width(self, at: Expanded) -> float:
-        """The width (s) at which the coefficient of order K alone meets the tolerance."""
+        """The width (s) at which the coefficient of order K at the midpoint would meet the tolerance."""
         order = self.settings.order
-        last = max(upper(at.point[s][order]) for s in self.program.states)
-        return float((self.settings.tolerance / max(last, TINY)) ** (1 / order))
+        return factor(self.settings.tolerance, [at.point[s][order] for s in self.program.states], order)
 
     def step(self, at: Expanded, h: float, shortest: float) -> tuple[Flow, float]:
         """The flow over the widest step up to h that meets the tolerance, and a width for the next step.
 
         Raises ProofEnded where that would be shorter than `shortest`.
         """
-        h, why = max(h, shortest), ""
         while h >= shortest:
             try:
                 flow = self.flow(at, h)
-            except NoEnclosure as reason:
-                h, why = round_down(h / 2, shortest), str(reason)
+            except NoEnclosure:
+                h = round_down(h / 2, shortest)
                 continue
             if flow.fitting >= 1:
                 return flow, h * min(0.95 * flow.fitting, 1.5)
             h = round_down(h * max(0.95 * flow.fitting, 0.25), shortest)
-            why = "the remainder exceeds its tolerance over the shortest step"
-        raise ProofEnded(at.time, why)
+        raise ProofEnded(at.time, self.obstacle(at, shortest))
+
+    def obstacle(self, at: Expanded, h: float) -> str:
+        """What is in the way of a step of width h."""
+        try:
+            self.flow(at, h)
+        except NoEnclosure as reason:
+            return str(reason)
+        return "the remainder exceeds its tolerance over the shortest step allowed"
 
     def dense(self, at: Expanded, flow: Flow) -> Step:
         """The polynomials of the rows from the midpoint, and radii that hold on the whole step."""
@@ -306,7 +325,7 @@ def steps(program: Program, start: Sequence[arb], end: float, settings: Settings
         flow, following = stepper.step(at, min(h, end - time), shortest)
         step = stepper.dense(at, flow)
         if max(step.radius) > settings.target:
-            raise TooWide(time, f"its radius exceeds {settings.target:.1e} there, however small the remainders")
+            raise TooWide(time, f"its radius there is {max(step.radius):.1e}, above {settings.target:.1e}")
         yield step
         current = stepper.end_set(at, flow)
         time, h = time + flow.width, following
@@ -316,7 +335,7 @@ def settings_for(target: float, guard_bits: int) -> Settings:
     """Orders and precision for remainders of target / 2^guard_bits."""
     tolerance = target * 2.0**-guard_bits
     digits = -math.log2(tolerance)
-    return Settings(target, tolerance, order=max(8, round(0.42 * digits)), low_order=6, bits=round(digits) + 40)
+    return Settings(target, tolerance, order=max(12, round(0.42 * digits)), low_order=6, bits=round(digits) + 40)
 
 
 def prove(

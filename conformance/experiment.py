@@ -5,16 +5,19 @@ No formula of the controller stands here: `design` derives them from the plant.
 """
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_UP, Decimal, localcontext
 from fractions import Fraction
 
 import numpy as np
 import sympy as sp
+from flint import arb
 
 from conformance.design import ClosedLoop, closed_loop, tuning_functions
 from conformance.scenario import Scenario
 from conformance.strict_feedback import Plant, strict_feedback
+from conformance.taylor import precision
 from conformance.trajectory import Array
 from conformance.truth import Enclosure, InitialValueProblem, enclose
 
@@ -54,6 +57,34 @@ def problem(scenario: Scenario) -> InitialValueProblem:
 def truth(scenario: Scenario) -> Enclosure:
     """The proven enclosure of x1, x2, theta_hat, dissipated, z1, z2 and V."""
     return enclose(problem(scenario))
+
+
+def balls(scenario: Scenario, times: Sequence[Fraction], digits: int) -> Iterator[list[str]]:
+    """Rows of text: a header, then per time (s) the rows of ROWS as value and radius.
+
+    A value has `digits` significant digits; its radius, rounded up, covers the enclosure and the rounding of the value.
+    Raises ValueError for a time outside of the horizon.
+    """
+    enclosed = truth(scenario) if digits <= 18 else enclose(problem(scenario), 10.0**-digits)
+    rows = [enclosed.names.index(name) for name in ROWS]
+    yield ["t", *(text for name in ROWS for text in (name, f"{name}_radius"))]
+    for t in times:
+        at = enclosed.at(t)
+        yield [_decimal(t), *(text for row in rows for text in _printed(at[row], digits))]
+
+
+def _decimal(t: Fraction) -> str:
+    power = next((k for k in range(40) if (t * 10**k).denominator == 1), None)
+    return str(t) if power is None else format(Decimal(int(t * 10**power)).scaleb(-power), "f")
+
+
+def _printed(ball: arb, digits: int) -> tuple[str, str]:
+    with precision(1024):
+        value = str(ball.mid().str(digits, radius=False))
+        mantissa, exponent = (abs(ball - arb(value))).upper().man_exp()
+        radius = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    with localcontext(prec=3, rounding=ROUND_UP):
+        return value, f"{Decimal(radius.numerator) / Decimal(radius.denominator):.2e}"
 
 
 @dataclass(frozen=True)

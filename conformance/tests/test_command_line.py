@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+"""The command line prints what it says, and answers bad input with one line and status 2."""
+
+import csv
+import subprocess
+import sys
+from fractions import Fraction
+
+import pytest
+
+from conformance.experiment import truth
+from conformance.ports import ROOT
+from conformance.scenario import LESSON
+from conformance.taylor import exact, precision
+
+
+def conformance(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "conformance", *words], cwd=ROOT, capture_output=True, text=True)
+
+
+def test_truth_prints_values_whose_radius_covers_the_exact_solution() -> None:
+    answer = conformance("truth", "--times", "0.1,1/3,20", "--digits", "8")
+    rows = list(csv.DictReader(answer.stdout.splitlines()))
+    assert [row["t"] for row in rows] == ["0.1", "1/3", "20"]
+    for row in rows:
+        balls = dict(zip(truth(LESSON).names, truth(LESSON).at(Fraction(row["t"])), strict=True))
+        for name in ("x1", "x2", "theta_hat", "z1", "z2", "V"):
+            value, radius = Fraction(row[name]), Fraction(row[name + "_radius"])
+            with precision(200):
+                off = abs(balls[name] - exact(value))
+                assert off <= exact(radius) and radius < Fraction(1, 10**6), (name, row)
+
+
+def test_truth_prints_every_step_to_the_horizon() -> None:
+    rows = conformance("truth", "--step", "2.5").stdout.splitlines()
+    assert [row.split(",")[0] for row in rows] == ["t", "0", *"2.5 5 7.5 10 12.5 15 17.5 20".split()]
+
+
+def test_more_digits_are_proven_when_asked_for() -> None:
+    (row,) = csv.DictReader(conformance("truth", "--times", "20", "--digits", "30").stdout.splitlines())
+    assert row["x1"].startswith("0.495303675161773531805091312294") and Fraction(row["x1_radius"]) < Fraction(1, 10**28)
+
+
+BAD = {
+    "a time beyond the horizon": (["--times", "21"], "time 21 is outside of [0, 20.0]"),
+    "a negative time": (["--times=-1"], "time -1 is outside of [0, 20.0]"),
+    "a time that is no number": (["--times", "now"], "found 'now', expected a finite decimal"),
+    "a time divided by zero": (["--times", "1/0"], "found '1/0', expected a finite decimal"),
+    "a step of zero": (["--step", "0"], "found '0', expected a positive number"),
+    "an unknown scenario": (["--scenario", "x"], "found 'x', expected one of lesson"),
+    "times and a step": (["--times", "1", "--step", "1"], "not allowed with"),
+    "no digits": (["--digits", "0"], "expected a whole number from 1 to 100"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_answered_in_one_line(case: str) -> None:
+    words, reason = BAD[case]
+    answer = conformance("truth", *words)
+    assert answer.returncode == 2 and answer.stdout == ""
+    assert reason in answer.stderr and len(answer.stderr.splitlines()) == 1
+
+
+def test_help_tells_of_every_option() -> None:
+    text = conformance("truth", "--help").stdout
+    assert all(option in text for option in ("--scenario", "--times", "--step", "--digits"))
