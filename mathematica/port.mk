@@ -1,5 +1,5 @@
-# Mathematica: the notebook's Input cells, run in order without a front end.
-KNOWN_PORTS := mathematica $(KNOWN_PORTS)  # a slow one, so first
+# Mathematica: the notebook's Input cells, run in order without a front end. It is slow, so it comes early.
+KNOWN_PORTS := mathematica $(KNOWN_PORTS)
 FOLDER.mathematica := mathematica
 
 build/mathematica/done: mathematica/port.toml $(wildcard mathematica/*.nb mathematica/*.wl mathematica/*.wls)

@@ -1,5 +1,6 @@
 # MATLAB and Simulink: run as they are; under GNU Octave with what octave/ supplies.
-KNOWN_PORTS := simulink matlab $(KNOWN_PORTS)  # the slow ones first, so that make -j2 ends early
+# They are slow, so they come first: make -j2 ends earlier.
+KNOWN_PORTS := simulink matlab $(KNOWN_PORTS)
 FOLDER.matlab := matlab
 FOLDER.simulink := matlab
 
