@@ -2,13 +2,17 @@
 """The Makefile builds what is asked for, again only what changed, and says what is missing."""
 
 import os
+import shutil
+import signal
 import subprocess
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from conformance.ports import read_ports
+from conformance.run import choose_engine
 from conformance.tests.programs import make
 
 CopyOfTheTree = Callable[..., Path]
@@ -117,3 +121,30 @@ def test_parallel_make_gives_every_result(copy_of_the_tree: CopyOfTheTree) -> No
     root = copy_of_the_tree()
     assert make(root, "-j2", "all", PORTS="cpp java python").returncode == 0
     assert all((root / f"build/{name}/done").exists() for name in ("cpp", "java", "python"))
+
+
+def test_an_interrupted_run_is_not_taken_for_done(copy_of_the_tree: CopyOfTheTree) -> None:
+    root = copy_of_the_tree()
+    interrupted = subprocess.Popen(
+        ["make", "python"], cwd=root, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    started = root / "build/python/stdout.txt"
+    for _ in range(600):
+        if started.exists():
+            break
+        time.sleep(0.05)
+    os.killpg(interrupted.pid, signal.SIGINT)
+    assert started.exists() and interrupted.wait(timeout=60) != 0
+    assert not any((root / "build/python" / name).exists() for name in ("done", "run.json"))
+    assert not list((root / "build/python").glob("*.csv"))
+
+
+@pytest.mark.parametrize("name", ["matlab", "simulink", "mathematica"])
+def test_proprietary_engine_is_used_where_it_is_on_the_path(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    port = read_ports()[name]
+    assert not choose_engine(port).proprietary or shutil.which(port.engines[0].program)
+    (tmp_path / port.engines[0].program).symlink_to("/bin/true")
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    assert choose_engine(port).proprietary

@@ -4,7 +4,6 @@
 import functools
 import math
 import subprocess
-from pathlib import Path
 
 import pytest
 
@@ -41,7 +40,7 @@ REFUSALS = {
 
 @functools.cache
 def answers() -> dict[str, str]:
-    cases = Path(__file__).with_name("simulink_cases.m")
+    cases = ROOT / "matlab/octave/tests/simulink_cases.m"
     command = f"addpath('{ROOT}/matlab/octave'); source('{cases}'); simulink_cases();"
     answer = subprocess.run(["octave-cli", "--norc", "--eval", command], capture_output=True, text=True, timeout=120)
     assert answer.returncode == 0, answer.stderr

@@ -92,3 +92,8 @@ def notation(port: Port) -> str:
 def test_controller_does_not_use_theta(any_port: Port) -> None:
     code = re.sub(re.escape(any_port.comment[0].strip()) + ".*", "", section(any_port, "Controller"))
     assert not re.search(r"\btheta\b", code)
+
+
+def test_notebook_has_one_input_cell_per_section() -> None:
+    styles = re.findall(r'"(Title|Text|Section|Input)"\]', source(ALL["mathematica"]))
+    assert styles == ["Title", "Text", *["Section", "Input"] * (len(SECTIONS) + 1)]

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT
+"""The truth of the lesson's experiment, through the derived closed loop: no formula of the lesson stands here."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from flint import arb
+
+from conformance.experiment import field, truth
+from conformance.scenario import LESSON
+from conformance.taylor import precision
+
+POINTS = {  # lesson (10), 15 significant digits of x1, x2, theta_hat
+    "0.1": ("1.17342048378473", "-2.96869266344466", "1.87081572148824"),
+    "0.5": ("0.291281352221132", "-1.3840585242084", "2.12499724390726"),
+    "2": ("0.448120205499685", "-0.355976931611338", "1.14692101257012"),
+    "10": ("0.328478949459429", "-0.130333573188115", "1.20008581890017"),
+    "20": ("0.495303675161773", "-0.546506377914894", "1.1999999977729"),
+}
+
+
+@pytest.mark.parametrize("time", POINTS)
+def test_truth_meets_the_lessons_reference_points(time: str) -> None:
+    for ball, printed in zip(truth(LESSON).at(time)[:3], POINTS[time], strict=True):
+        unit = Fraction(1, 10 ** len(printed.split(".")[1]))
+        assert abs(ball - arb(printed)) < arb(float(unit)), (time, printed)
+
+
+def test_radius_is_at_most_1e_18_at_every_time() -> None:
+    assert truth(LESSON).largest_radius <= 1e-18
+
+
+def test_error_of_the_doubles_is_at_most_1e_15_of_each_states_scale() -> None:
+    assert (truth(LESSON).bound[:3] <= 1e-15 * truth(LESSON).scale[:3]).all()
+
+
+@pytest.mark.parametrize("time", ["0.05", "1/3", "7", "20"])
+def test_lyapunov_function_falls_by_what_is_dissipated(time: str) -> None:
+    def row(t: Fraction, name: str) -> arb:
+        return truth(LESSON).at(t)[truth(LESSON).names.index(name)]
+
+    with precision(256):
+        fallen = row(Fraction(0), "V") - row(Fraction(time), "V")
+        dissipated = row(Fraction(time), "dissipated")
+        assert fallen.contains(dissipated.mid()) and dissipated.contains(fallen.mid())
+
+
+def test_lyapunov_function_starts_at_the_lessons_value() -> None:
+    assert abs(truth(LESSON).evaluate(0.0, ["V"])[0] - 2.16125) < 1e-14
+
+
+def test_derivatives_of_the_field_are_those_of_the_solution() -> None:
+    h, t = 1e-3, np.linspace(0.1, 19.9, 500)
+    before, at, after = (truth(LESSON).evaluate(t + s, ("x1", "x2", "theta_hat")).T for s in (-h, 0.0, h))
+    second = (after - 2 * at + before) / h**2
+    assert np.allclose((after - before) / (2 * h), field(LESSON).first(t, at), rtol=1e-3, atol=1e-2)
+    assert np.allclose(second, field(LESSON).second(t, at), rtol=1e-3, atol=1e-1)
