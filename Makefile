@@ -34,7 +34,7 @@ all:  ## set up, build and run every program, and end with a table
 
 check:  ## bring all up to date, then judge every result
 	@$(MAKE) --keep-going all || echo 'check: not every program ran; the verdict counts them' >&2
-	$(PYTHON) -m pytest conformance
+	$(PYTHON) -m pytest --junitxml=build/junit.xml conformance
 
 bench: environment .venv/bench  ## measure how long things take
 	$(PYTHON) -m conformance.bench

@@ -3,9 +3,9 @@
 
 import argparse
 import csv
-import os
 import sys
 from fractions import Fraction
+from pathlib import Path
 from typing import NoReturn
 
 EXACT = "a finite decimal, such as 0.1, or a fraction, such as 1/3"
@@ -51,6 +51,19 @@ def parser() -> Parser:
     top = Parser(prog="conformance", description="Judge the six programs of Chapter 17, Lesson 1.")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     commands.add_parser("table", help="what ran, on which engine, and what came out (the ports of PORTS, or all)")
+    commands.add_parser("check", help="judge what the programs left (the ports of PORTS, or all)")
+    validate = commands.add_parser(
+        "validate",
+        help="judge anyone's CSV",
+        description="Judge a CSV that anyone made, in any language. The exit status is 0 where it conforms, 1 where it "
+        "does not, 2 where it cannot be judged.",
+    )
+    validate.add_argument(
+        "csv", type=Path, metavar="FILE.csv", help="columns t,x1,x2,theta_hat,reference,tracking_error"
+    )
+    validate.add_argument("--scenario", default="lesson", help="the experiment (default: lesson)")
+    validate.add_argument("--stdout", type=Path, metavar="FILE", help="what the program printed, judged too")
+    validate.add_argument("--json", type=Path, metavar="FILE", help="write the verdict there as JSON")
     truth = commands.add_parser(
         "truth",
         help="the exact solution, as proven balls",
@@ -70,36 +83,64 @@ def main() -> int:
     top = parser()
     arguments = top.parse_args()
     try:
-        if arguments.command == "table":
-            print_table()
-        else:
-            print_truth(arguments)
-    except ValueError as error:
+        return COMMANDS[arguments.command](arguments)
+    except (ValueError, OSError) as error:
         top.error(f"{arguments.command}: {error}")
-    except BrokenPipeError:  # the reader of a pipe has gone
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 0
 
 
-def print_table() -> None:
+def print_table(arguments: argparse.Namespace) -> int:
     """What ran and what came out."""
     from conformance.ports import selected_ports
     from conformance.table import table
 
     print(table(selected_ports().values()))
+    return 0
 
 
-def print_truth(arguments: argparse.Namespace) -> None:
+def check(arguments: argparse.Namespace) -> int:
+    """The verdicts on the programs, as a table; 0 where all conform."""
+    from conformance.ports import ROOT, selected_ports
+    from conformance.scenario import LESSON
+    from conformance.verdict import judge_all, summary, to_json, write_atomically
+
+    verdicts = judge_all(selected_ports(), LESSON)
+    write_atomically(ROOT / "build" / "result.json", to_json(verdicts))
+    print(summary(verdicts))
+    return 0 if all(verdict.conforms or verdict.status == "left out" for verdict in verdicts) else 1
+
+
+def validate(arguments: argparse.Namespace) -> int:
+    """The verdict on a file, with every figure."""
+    from conformance.scenario import scenario_named
+    from conformance.trajectory import readable
+    from conformance.verdict import judge_file, to_json, write_atomically
+
+    for path in filter(None, (arguments.csv, arguments.stdout)):
+        readable(path)
+    verdict = judge_file(arguments.csv, scenario_named(arguments.scenario), arguments.stdout)
+    for result in verdict.results:
+        print(result)
+    print(f"{verdict.name} {'conforms' if verdict.conforms else 'does not conform'}")
+    if verdict.reason:
+        print(verdict.reason)
+    if arguments.json:
+        write_atomically(arguments.json, to_json([verdict]))
+    return 0 if verdict.conforms else 1
+
+
+def print_truth(arguments: argparse.Namespace) -> int:
     """The enclosure at the times asked for."""
     from conformance.experiment import balls
-    from conformance.scenario import SCENARIOS
+    from conformance.scenario import scenario_named
 
-    if arguments.scenario not in SCENARIOS:
-        raise ValueError(f"--scenario: found {arguments.scenario!r}, expected one of {', '.join(SCENARIOS)}")
-    scenario = SCENARIOS[arguments.scenario]
+    scenario = scenario_named(arguments.scenario)
     times = arguments.times or [i * arguments.step for i in range(int(scenario.horizon / arguments.step) + 1)]
     rows = list(balls(scenario, times, arguments.digits))
     csv.writer(sys.stdout, lineterminator="\n").writerows(rows)
+    return 0
+
+
+COMMANDS = {"table": print_table, "check": check, "validate": validate, "truth": print_truth}
 
 
 if __name__ == "__main__":

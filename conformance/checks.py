@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """One function per claim about a trajectory: the measured figure, the bound, and where the bound comes from."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -8,9 +9,10 @@ import numpy as np
 
 from conformance.experiment import Field, field, truth
 from conformance.scenario import Scenario
-from conformance.trajectory import STATES, Array, Trajectory
+from conformance.trajectory import STATES, Array, Trajectory, print_error
 
 SETTLED = 0.75  # share of the horizon after which the transient is over: 15 s of 20 s
+CONTRACT = 1e-6  # no program may be further from the exact solution, in any column at any row
 DOUBLE = float(np.finfo(float).eps)
 
 
@@ -43,6 +45,14 @@ def largest(values: Array, t: Array, what: str) -> tuple[float, str]:
 # ---- Against the exact solution ----
 
 
+def rows_are_close_enough(trajectory: Trajectory, scenario: Scenario, tolerance: float) -> Result:
+    """Between the rows, the exact solution can be drawn from its values at the rows, to within the contract."""
+    midpoints = (trajectory.t[1:] + trajectory.t[:-1]) / 2
+    off = np.abs(interpolation_errors(trajectory, scenario, midpoints)).max(axis=1)
+    figure, where = largest(off, midpoints, "interpolation")
+    return Result("rows-are-close-enough", "(10)", figure, CONTRACT, where)
+
+
 def states_equal_the_exact_solution(trajectory: Trajectory, scenario: Scenario, tolerance: float) -> list[Result]:
     """Each state column against the truth at the file's own times; the bound is the engine's tolerance."""
     exact = truth(scenario).evaluate(trajectory.t, STATES)
@@ -53,14 +63,13 @@ def states_equal_the_exact_solution(trajectory: Trajectory, scenario: Scenario, 
     return results
 
 
-def reference_is_the_scenarios(trajectory: Trajectory, scenario: Scenario) -> Result:
-    """The reference column is r(t): equal but for the rounding of its argument and of the sine."""
+def reference_is_the_scenarios(trajectory: Trajectory, scenario: Scenario, tolerance: float) -> Result:
+    """The reference column is r(t): equal but for the rounding of its argument, of the sine, and of the print."""
     wanted = field(scenario).reference(trajectory.t)
     figure, where = largest(trajectory.reference - wanted, trajectory.t, "reference")
-    phase = float(scenario.omega * scenario.horizon)
-    return Result(
-        "reference-is-the-scenarios", "(10)", figure, 4 * DOUBLE * float(scenario.amplitude) * (1 + phase), where
-    )
+    rounding = 4 * DOUBLE * float(scenario.amplitude) * (1 + float(scenario.omega * scenario.horizon))
+    printed = min(float(print_error(trajectory.reference).max()), tolerance)
+    return Result("reference-is-the-scenarios", "(10)", figure, rounding + printed, where)
 
 
 # ---- The checklist (15) ----
@@ -147,11 +156,12 @@ def interpolate(trajectory: Trajectory, f: Field, times: Array) -> Array:
     return q**3 * left + s**3 * right
 
 
-def interpolation_error(trajectory: Trajectory, scenario: Scenario, times: Array) -> float:
-    """What `interpolate` is off by where it is given the exact solution at this trajectory's times."""
+def interpolation_errors(trajectory: Trajectory, scenario: Scenario, times: Array) -> Array:
+    """What `interpolate` is off by, shape (times, 3), given the exact solution at this trajectory's times."""
     solution = truth(scenario)
     exact = replace(trajectory, **dict(zip(STATES, solution.evaluate(trajectory.t, STATES), strict=True)))
-    return float(np.abs(interpolate(exact, field(scenario), times) - solution.evaluate(times, STATES).T).max())
+    error: Array = interpolate(exact, field(scenario), times) - solution.evaluate(times, STATES).T
+    return error
 
 
 def programs_agree(
@@ -161,7 +171,7 @@ def programs_agree(
     times = step * np.arange(round(float(scenario.horizon) / step) + 1, dtype=np.float64)
     on_grid = {name: interpolate(trajectory, field(scenario), times) for name, trajectory in trajectories.items()}
     slack = {
-        name: tolerances[name] + interpolation_error(trajectory, scenario, times)
+        name: tolerances[name] + float(np.abs(interpolation_errors(trajectory, scenario, times)).max())
         for name, trajectory in trajectories.items()
     }
     results = []
@@ -171,3 +181,38 @@ def programs_agree(
         figure, where = largest(difference[:, column], times, STATES[column])
         results.append(Result(f"{a}-agrees-with-{b}", "(10)", figure, slack[a] + slack[b], where))
     return results
+
+
+# ---- The list ----
+
+
+@dataclass(frozen=True)
+class Check:
+    """One claim, and what usually causes it to fail; `run` gives one result per column or quantity."""
+
+    run: Callable[[Trajectory, Scenario, float], Result | list[Result]]
+    cause: str
+
+    def __call__(self, trajectory: Trajectory, scenario: Scenario, tolerance: float) -> list[Result]:
+        results = self.run(trajectory, scenario, tolerance)
+        return results if isinstance(results, list) else [results]
+
+
+CHECKS = (
+    Check(rows_are_close_enough, "too few rows, or rows left out: log at least every 0.02 s"),
+    Check(reference_is_the_scenarios, "another reference, or times that are off by a step"),
+    Check(
+        states_equal_the_exact_solution,
+        "a term or sign of the controller (16), a constant, the start, an Euler step, or a tolerance that is too loose",
+    ),
+    Check(output_approaches_reference, "a reference whose derivatives do not belong to it, or a missing term (16)"),
+    Check(errors_approach_zero, "the x1 theta_hat' term of u, or a derivative of the reference, is missing (16)"),
+    Check(states_stay_bounded, "a wrong sign in the update law or the control"),
+    Check(estimate_approaches_theta, "an estimate that is not updated, or updated with a wrong sign or gain"),
+    Check(lyapunov_function_never_grows, "a wrong tuning function, or theta where theta_hat belongs (16)"),
+)
+
+
+def judge(trajectory: Trajectory, scenario: Scenario, tolerance: float) -> list[tuple[Check, Result]]:
+    """Every result of every check, in the order of CHECKS."""
+    return [(check, result) for check in CHECKS for result in check(trajectory, scenario, tolerance)]

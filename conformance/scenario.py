@@ -26,3 +26,10 @@ class Scenario:
 
 SCENARIOS = {"lesson": Scenario()}
 LESSON = SCENARIOS["lesson"]
+
+
+def scenario_named(name: str) -> Scenario:
+    """The scenario of that name; raises ValueError where there is none."""
+    if name not in SCENARIOS:
+        raise ValueError(f"--scenario: found {name!r}, expected one of {', '.join(SCENARIOS)}")
+    return SCENARIOS[name]

@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from conformance.ports import ROOT, Port
-from conformance.table import table
+from conformance.scenario import LESSON
 from conformance.tests.programs import PORTS, engine_of, trajectory_of
 from conformance.trajectory import Trajectory
+from conformance.verdict import judge_all, summary, to_json, write_atomically
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -46,6 +47,8 @@ def copy_of_the_tree(tmp_path: Path) -> Callable[..., Path]:
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Show the table of programs before pytest's own last line."""
+    """Show the verdicts before pytest's own last line, and leave them as JSON."""
+    verdicts = judge_all(PORTS, LESSON)
+    write_atomically(ROOT / "build" / "result.json", to_json(verdicts))
     terminalreporter.section("programs")
-    terminalreporter.write_line(table(PORTS.values()))
+    terminalreporter.write_line(summary(verdicts))

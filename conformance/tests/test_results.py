@@ -8,20 +8,12 @@ from conformance.ports import Port
 from conformance.scenario import LESSON
 from conformance.tests.programs import engine_of, record
 from conformance.trajectory import Trajectory
+from conformance.verdict import report_problems
 
 
 def test_standard_output_says_the_same_as_the_csv(port: Port, trajectory: Trajectory) -> None:
-    record(port)
-    lines = port.stdout.read_text().splitlines()
-    assert len(lines) == 4, f"{port.name} printed {lines}"
-    error = re.fullmatch(r"Final tracking error: (-?\d\.\d+e[-+]?\d+)", lines[0])
-    estimate = re.fullmatch(r"Final parameter estimate: (-?\d+\.\d{6,})", lines[1])
-    parameter = re.fullmatch(r"True parameter: (-?\d+\.\d+)", lines[2])
-    assert error and estimate and parameter, f"{port.name} printed {lines}"
-    assert abs(float(error[1]) - trajectory.tracking_error[-1]) <= 1e-6 * abs(trajectory.tracking_error[-1])
-    assert abs(float(estimate[1]) - trajectory.theta_hat[-1]) <= 1e-6
-    assert float(parameter[1]) == float(LESSON.theta)
-    assert lines[3] == f"Data written to Chapter17_Lesson1_{port.name}.csv"
+    problems = report_problems(port.stdout.read_text(), trajectory, LESSON, port.csv.name)
+    assert not problems, "\n".join(problems)
 
 
 def test_program_ended_well(port: Port) -> None:

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""The verdict on a program or on a file: a status, its reason, and the results it rests on."""
+
+import json
+import os
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from conformance.checks import CONTRACT, Check, Result, judge, programs_agree
+from conformance.ports import Port, read_ports
+from conformance.scenario import Scenario
+from conformance.table import layout
+from conformance.trajectory import Trajectory, TrajectoryError, load
+
+STATUSES = ("pass", "fail", "error", "missing", "stale", "left out")
+REPORT = (  # what a program prints; the number of the first three lines
+    r"Final tracking error: ([-+\d.]+e[-+]?\d+)",
+    r"Final parameter estimate: ([-+]?\d+\.\d{6,})",
+    r"True parameter: ([-+]?\d+\.\d+)",
+    r"Data written to (\S+)",
+)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was judged (a port or a file), how it fared and why; `engine` is "" for a file."""
+
+    name: str
+    status: str
+    reason: str = ""
+    engine: str = ""
+    stand_in: bool = False
+    results: tuple[Result, ...] = ()
+
+    @property
+    def conforms(self) -> bool:
+        return self.status == "pass"
+
+
+# ---- Judging ----
+
+
+def judge_file(path: Path, scenario: Scenario, stdout: Path | None = None, tolerance: float = CONTRACT) -> Verdict:
+    """The verdict on anyone's CSV, and on what its program printed where `stdout` is given."""
+    try:
+        trajectory = load(path, float(scenario.horizon))
+    except TrajectoryError as error:
+        return Verdict(path.name, "fail", str(error))
+    judged = judge(trajectory, scenario, tolerance)
+    problems = [explain(check, result) for check, result in judged if not result.passed]
+    if stdout is not None:
+        problems += report_problems(stdout.read_text(errors="replace"), trajectory, scenario, path.name)
+    results = tuple(result for _, result in judged)
+    return Verdict(path.name, "fail" if problems else "pass", "\n".join(problems), results=results)
+
+
+def judge_port(port: Port, scenario: Scenario) -> Verdict:
+    """The verdict on a port's last run, at its engine's tolerance."""
+    run = port.run()
+    if run is None:
+        names = " or ".join(engine.name for engine in port.engines)
+        return Verdict(port.name, "missing", f"it did not run; it needs {names}; type: make {port.name}")
+    engine = f"{run['engine']}: {run['engine_version']}"
+    stand_in = any(other.proprietary for other in port.engines) and not run["proprietary"]
+    if run["source_sha256"] != port.source_hash():
+        return Verdict(port.name, "stale", f"the source has changed since; type: make {port.name}", engine, stand_in)
+    if run["exit_status"] != 0:
+        return Verdict(port.name, "error", f"it ended with status {run['exit_status']}", engine, stand_in)
+    judged = judge_file(port.csv, scenario, port.stdout, port.ran_engine(run).tolerance)
+    return Verdict(port.name, judged.status, judged.reason, engine, stand_in, judged.results)
+
+
+def explain(check: Check, result: Result) -> str:
+    """A result that failed, in words, with its usual cause."""
+    return f"{result}. Usual cause: {check.cause}"
+
+
+def report_problems(text: str, trajectory: Trajectory, scenario: Scenario, csv_name: str) -> list[str]:
+    """Where standard output does not say the same as the CSV."""
+    lines = text.splitlines()
+    found = [re.fullmatch(pattern, line) for pattern, line in zip(REPORT, lines, strict=False)]
+    if len(lines) != len(REPORT) or not all(found):
+        return [f"standard output: found {lines}, expected the four lines of the contract"]
+    error, estimate, parameter, name = (match[1] for match in found if match)
+    z1, theta_hat = float(trajectory.tracking_error[-1]), float(trajectory.theta_hat[-1])
+    wanted = (
+        ("final tracking error", abs(float(error) - z1) <= 1e-3 * abs(z1), error, f"{z1:.6e}, the CSV's last row"),
+        ("final parameter estimate", abs(float(estimate) - theta_hat) <= CONTRACT, estimate, f"{theta_hat:.10f}"),
+        ("true parameter", float(parameter) == float(scenario.theta), parameter, f"{float(scenario.theta)}"),
+        ("file name", name == csv_name, name, csv_name),
+    )
+    return [f"standard output, {what}: found {got}, expected {want}" for what, same, got, want in wanted if not same]
+
+
+def judge_all(selected: Mapping[str, Port], scenario: Scenario) -> list[Verdict]:
+    """The verdicts on every port there is: left out where not selected, failed where it disagrees with another."""
+    verdicts = {name: judge_port(port, scenario) for name, port in selected.items()}
+    trajectories = {n: load(selected[n].csv, float(scenario.horizon)) for n, v in verdicts.items() if v.conforms}
+    tolerances = {n: selected[n].ran_engine(selected[n].run() or {}).tolerance for n in trajectories}
+    apart = [result for result in programs_agree(trajectories, scenario, tolerances) if not result.passed]
+    for result in apart:
+        for name in result.claim.split("-agrees-with-"):
+            verdicts[name] = replace(verdicts[name], status="fail", reason=f"{verdicts[name].reason}\n{result}".strip())
+    return [verdicts.get(name, Verdict(name, "left out", "PORTS does not name it")) for name in read_ports()]
+
+
+# ---- Telling ----
+
+
+def headline(verdicts: Sequence[Verdict]) -> str:
+    """The count, honestly: what conforms, what does not and why not, and which engine stood in for which."""
+    counts = Counter(verdict.status for verdict in verdicts)
+    asked = len(verdicts) - counts["left out"]
+    parts = [f"{counts['pass']} of {asked} conform"]
+    parts += [f"{counts[status]} {status}" for status in STATUSES[1:] if counts[status]]
+    stood_in = [verdict.name for verdict in verdicts if verdict.stand_in]
+    if stood_in:
+        parts.append(f"{', '.join(stood_in)} on an open engine in place of the proprietary one")
+    return "; ".join(parts)
+
+
+def table_rows(verdicts: Sequence[Verdict]) -> list[tuple[str, ...]]:
+    """One row per verdict, with the largest error against the exact solution."""
+    rows: list[tuple[str, ...]] = [("port", "status", "engine and version", "largest error", "tolerance")]
+    for verdict in verdicts:
+        exact = [(r.figure, r.bound) for r in verdict.results if r.claim.endswith("-equals-the-exact-solution")]
+        error, tolerance = (f"{value:.1e}" for value in max(exact)) if exact else ("", "")
+        rows.append((verdict.name, verdict.status, verdict.engine, error, tolerance))
+    return rows
+
+
+def summary(verdicts: Sequence[Verdict]) -> str:
+    """The table, the reasons, and the headline last."""
+    reasons = [f"{verdict.name}: {verdict.reason}" for verdict in verdicts if verdict.reason]
+    return "\n".join([layout(table_rows(verdicts)), *reasons, headline(verdicts)])
+
+
+def to_json(verdicts: Sequence[Verdict]) -> str:
+    """The verdicts as JSON, in the form of result.schema.json; figures that are not finite are null."""
+    whole = {"headline": headline(verdicts), "verdicts": [_plain(verdict) for verdict in verdicts]}
+    return json.dumps(whole, indent=2, allow_nan=False) + "\n"
+
+
+def _plain(verdict: Verdict) -> dict[str, Any]:
+    plain = asdict(verdict)
+    for result, kept in zip(plain["results"], verdict.results, strict=True):
+        result["passed"] = kept.passed
+        result["figure"] = kept.figure if abs(kept.figure) < float("inf") else None
+        result["bound"] = float(kept.bound)
+    return plain
+
+
+def write_atomically(path: Path, text: str) -> None:
+    """Write beside and rename, so that no half-written file is left."""
+    part = path.with_name(path.name + ".part")
+    part.parent.mkdir(parents=True, exist_ok=True)
+    part.write_text(text)
+    os.replace(part, path)
