@@ -64,6 +64,9 @@ def parser() -> Parser:
     validate.add_argument("--scenario", default="lesson", help="the experiment (default: lesson)")
     validate.add_argument("--stdout", type=Path, metavar="FILE", help="what the program printed, judged too")
     validate.add_argument("--json", type=Path, metavar="FILE", help="write the verdict there as JSON")
+    diff = commands.add_parser("diff", help="what changed between two results; the exit status is 1 where anything did")
+    diff.add_argument("old", type=Path, metavar="OLD.json")
+    diff.add_argument("new", type=Path, metavar="NEW.json")
     truth = commands.add_parser(
         "truth",
         help="the exact solution, as proven balls",
@@ -128,6 +131,15 @@ def validate(arguments: argparse.Namespace) -> int:
     return 0 if verdict.conforms else 1
 
 
+def diff(arguments: argparse.Namespace) -> int:
+    """What changed between two results."""
+    from conformance.difference import differences, read_result
+
+    lines = differences(read_result(arguments.old), read_result(arguments.new))
+    print("\n".join(lines or ["nothing changed"]))
+    return 1 if lines else 0
+
+
 def print_truth(arguments: argparse.Namespace) -> int:
     """The enclosure at the times asked for."""
     from conformance.experiment import balls
@@ -140,7 +152,7 @@ def print_truth(arguments: argparse.Namespace) -> int:
     return 0
 
 
-COMMANDS = {"table": print_table, "check": check, "validate": validate, "truth": print_truth}
+COMMANDS = {"table": print_table, "check": check, "validate": validate, "diff": diff, "truth": print_truth}
 
 
 if __name__ == "__main__":

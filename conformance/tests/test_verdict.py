@@ -13,6 +13,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from conformance.checks import Result
 from conformance.experiment import ROWS, truth
 from conformance.ports import ROOT, Port, read_ports
 from conformance.scenario import LESSON
@@ -166,3 +167,43 @@ def test_what_cannot_be_judged_ends_with_status_2_and_one_line(name: str, tmp_pa
 def test_check_command_ends_on_the_headline() -> None:
     answer = subprocess.run([sys.executable, "-m", "conformance", "check"], cwd=ROOT, capture_output=True, text=True)
     assert " conform" in answer.stdout.splitlines()[-1]
+
+
+# ---- What changed ----
+
+
+def result_file(path: Path, *verdicts: Verdict) -> Path:
+    path.write_text(to_json(verdicts))
+    return path
+
+
+def diff(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "conformance", "diff", *words], cwd=ROOT, capture_output=True, text=True
+    )
+
+
+def test_diff_tells_of_what_came_went_and_changed(tmp_path: Path) -> None:
+    small, large = (Result("a-claim", "(10)", figure, 1.0, "") for figure in (0.01, 2.0))
+    old = result_file(tmp_path / "old.json", Verdict("a", "pass", results=(small,)), Verdict("b", "pass"))
+    new = result_file(tmp_path / "new.json", Verdict("a", "fail", results=(large,)), Verdict("c", "missing"))
+    answer = diff(old, new)
+    assert answer.returncode == 1 and answer.stdout.splitlines() == [
+        "b: gone",
+        "a: status was 'pass', is 'fail'",
+        "a: a-claim: was 0.01 of 1, holds, is 2 of 1, fails",
+        "c: new, missing",
+    ]
+
+
+def test_diff_of_a_result_with_itself_is_nothing(tmp_path: Path) -> None:
+    path = result_file(tmp_path / "result.json", *judge_all(PORTS, LESSON))
+    answer = diff(path, path)
+    assert answer.returncode == 0 and answer.stdout == "nothing changed\n"
+
+
+def test_diff_refuses_what_is_no_result(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text("[1]")
+    for name in ("a.json", "none.json"):
+        answer = diff(tmp_path / name, tmp_path / name)
+        assert answer.returncode == 2 and len(answer.stderr.splitlines()) == 1
