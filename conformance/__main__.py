@@ -67,6 +67,8 @@ def parser() -> Parser:
     diff = commands.add_parser("diff", help="what changed between two results; the exit status is 1 where anything did")
     diff.add_argument("old", type=Path, metavar="OLD.json")
     diff.add_argument("new", type=Path, metavar="NEW.json")
+    new_port = commands.add_parser("new-port", help="write the skeleton of a port in another language")
+    new_port.add_argument("name", help="lower-case letters and digits, such as fortran")
     truth = commands.add_parser(
         "truth",
         help="the exact solution, as proven balls",
@@ -140,19 +142,35 @@ def diff(arguments: argparse.Namespace) -> int:
     return 1 if lines else 0
 
 
+def new_port(arguments: argparse.Namespace) -> int:
+    """The skeleton of a port."""
+    from conformance.new_port import write_skeleton
+
+    print("\n".join(str(path) for path in write_skeleton(arguments.name)))
+    print(f"next, see docs/porting.md: write it; make {arguments.name}; make check PORTS={arguments.name}")
+    return 0
+
+
 def print_truth(arguments: argparse.Namespace) -> int:
     """The enclosure at the times asked for."""
-    from conformance.experiment import balls
+    from conformance.experiment import truth_table
     from conformance.scenario import scenario_named
 
     scenario = scenario_named(arguments.scenario)
     times = arguments.times or [i * arguments.step for i in range(int(scenario.horizon / arguments.step) + 1)]
-    rows = list(balls(scenario, times, arguments.digits))
+    rows = list(truth_table(scenario, times, arguments.digits))
     csv.writer(sys.stdout, lineterminator="\n").writerows(rows)
     return 0
 
 
-COMMANDS = {"table": print_table, "check": check, "validate": validate, "diff": diff, "truth": print_truth}
+COMMANDS = {
+    "table": print_table,
+    "check": check,
+    "validate": validate,
+    "diff": diff,
+    "new-port": new_port,
+    "truth": print_truth,
+}
 
 
 if __name__ == "__main__":

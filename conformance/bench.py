@@ -24,14 +24,6 @@ from conformance.truth import Enclosure, InitialValueProblem, enclose
 T = TypeVar("T")
 START = (LESSON.x1_start, LESSON.x2_start, LESSON.theta_hat_start)
 
-STARTUP = {  # what an engine needs before it comes to the program: its start, and the libraries the program imports
-    "python": ["{root}/.venv/bin/python", "-c", "import matplotlib.pyplot, numpy, scipy.integrate"],
-    "java": ["java", "-version"],
-    "matlab": ["octave-cli", "--norc", "--eval", "1;"],
-    "simulink": ["octave-cli", "--norc", "--eval", "1;"],
-    "mathematica": ["{root}/.venv/bin/python", "-m", "woxi", "eval", "1"],
-}
-
 
 def seconds(command: list[str] | str, folder: Path) -> float:
     """Wall time of one command, whose output is dropped; exits where it fails."""
@@ -54,8 +46,10 @@ def copy_of_the_tree(folder: Path) -> Path:
 
 def compile_command(port: Port, root: Path) -> str | None:
     """The compiler's line of the Makefile, where there is one."""
-    lines = subprocess.run(["make", "-n", port.name], cwd=root, capture_output=True, text=True).stdout.splitlines()
-    return next((line for line in lines if line.startswith(("g++ ", "javac "))), None)
+    if not port.target:
+        return None
+    command = ["make", "-n", f"build/{port.name}/{port.target}"]
+    return subprocess.run(command, cwd=root, capture_output=True, text=True).stdout.splitlines()[-1]
 
 
 def bench_make() -> None:
@@ -70,8 +64,9 @@ def bench_make() -> None:
             if compiler:
                 (port.build / "bin").mkdir()
             compiled = seconds(compiler, root) if compiler else 0.0
-            start = seconds(in_place(tuple(STARTUP[port.name])), port.build) if port.name in STARTUP else 0.0
-            ran = seconds(in_place(choose_engine(port).command), port.build)
+            engine = choose_engine(port)
+            start = seconds(in_place(engine.startup), port.build) if engine.startup else 0.0
+            ran = seconds(in_place(engine.command), port.build)
             bare += compiled + ran
             share = (compiled + min(start, ran)) / (compiled + ran)
             rows.append((port.name, f"{compiled:.2f}", f"{start:.2f}", f"{ran:.2f}", f"{share:.2f}"))

@@ -22,7 +22,7 @@ from conformance.trajectory import Array
 from conformance.truth import Enclosure, InitialValueProblem, enclose
 
 BEYOND = Fraction(101, 100)  # of the horizon: a file's last row may lie half a step behind it
-ROWS = ("x1", "x2", "theta_hat", "z1", "z2", "V")
+PRINTED = ("x1", "x2", "theta_hat", "z1", "z2", "V")
 
 
 def _exact(value: Fraction) -> sp.Rational:
@@ -60,8 +60,8 @@ def truth(scenario: Scenario) -> Enclosure:
     return enclose(problem(scenario))
 
 
-def balls(scenario: Scenario, times: Sequence[Fraction], digits: int) -> Iterator[list[str]]:
-    """Rows of text: a header, then per time (s) the rows of ROWS as value and radius.
+def truth_table(scenario: Scenario, times: Sequence[Fraction], digits: int) -> Iterator[list[str]]:
+    """Rows of text: a header, then per time (s) those of PRINTED as value and radius.
 
     A value has `digits` significant digits; its radius, rounded up, covers the enclosure and the rounding of the value.
     Raises ValueError for a time outside of the horizon.
@@ -70,8 +70,8 @@ def balls(scenario: Scenario, times: Sequence[Fraction], digits: int) -> Iterato
         if not 0 <= t <= scenario.horizon:
             raise ValueError(f"time {t} is outside of [0, {scenario.horizon}]")
     enclosed = truth(scenario) if digits <= 18 else enclose(problem(scenario), 10.0**-digits)
-    rows = [enclosed.names.index(name) for name in ROWS]
-    yield ["t", *(text for name in ROWS for text in (name, f"{name}_radius"))]
+    rows = [enclosed.names.index(name) for name in PRINTED]
+    yield ["t", *(text for name in PRINTED for text in (name, f"{name}_radius"))]
     for t in times:
         at = enclosed.at(t)
         yield [_decimal(t), *(text for row in rows for text in _printed(at[row], digits))]

@@ -28,6 +28,7 @@ class Engine:
     install: str
     tolerance: float
     products: tuple[str, ...] = ()
+    startup: tuple[str, ...] = ()  # starts the engine and what the program imports, and no more: for make bench
 
     def found(self, root: Path) -> bool:
         """Whether its program is there: on the PATH, or at its path below `root`."""
@@ -47,6 +48,8 @@ class Port:
     section: str
     products: tuple[str, ...]
     engines: tuple[Engine, ...]
+    target: str = ""  # what make builds in the build folder before the program can run
+    rows: int = 0  # how many times the contract logs; 0: the solver's own
 
     @property
     def source_path(self) -> Path:
@@ -90,8 +93,9 @@ def read_ports(root: Path = ROOT) -> dict[str, Port]:
     return ports
 
 
-def _engine(version: list[str], command: list[str], products: list[str] | None = None, **facts: Any) -> Engine:
-    return Engine(version=tuple(version), command=tuple(command), products=tuple(products or ()), **facts)
+def _engine(**facts: Any) -> Engine:
+    plain: dict[str, Any] = {name: tuple(fact) if isinstance(fact, list) else fact for name, fact in facts.items()}
+    return Engine(**plain)
 
 
 def selected_ports(root: Path = ROOT) -> dict[str, Port]:
@@ -104,4 +108,4 @@ def selected_ports(root: Path = ROOT) -> dict[str, Port]:
     unknown = [name for name in names if name not in ports]
     if unknown or not names:
         raise ValueError(f"PORTS: {' '.join(unknown) or 'empty'}; the ports are {' '.join(ports)}")
-    return {name: ports[name] for name in names}
+    return {name: port for name, port in ports.items() if name in names}

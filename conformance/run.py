@@ -15,6 +15,8 @@ from pathlib import Path
 
 from conformance.ports import ROOT, Engine, Port, read_ports
 
+PATIENCE = 120  # s, for an engine to tell its version
+
 
 def choose_engine(port: Port) -> Engine:
     """The first engine found, in the order of port.toml; exits with one line where there is none."""
@@ -40,8 +42,14 @@ def in_place(words: tuple[str, ...]) -> list[str]:
 
 def engine_version(engine: Engine, folder: Path) -> str:
     """The first line that the engine's version command prints."""
-    answer = subprocess.run(in_place(engine.version), cwd=folder, capture_output=True, text=True)
-    return (answer.stdout + answer.stderr).strip().splitlines()[0]
+    command = in_place(engine.version)
+    answer = subprocess.run(
+        command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE
+    )
+    said = (answer.stdout + answer.stderr).strip()
+    if answer.returncode or not said:
+        sys.exit(f"{engine.name}: {' '.join(command)} ended with status {answer.returncode}: {said}")
+    return said.splitlines()[0]
 
 
 def run(port: Port) -> int:
@@ -77,16 +85,20 @@ def run(port: Port) -> int:
     part = port.build / "run.json.part"
     part.write_text(json.dumps(record, indent=2) + "\n")
     part.replace(port.build / "run.json")
-    if status == 0:
+    if status == 0 and port.csv.is_file():
         (port.build / "done").touch()
-    else:
-        sys.stderr.write((port.build / "stderr.txt").read_text(errors="replace"))
-        print(f"{port.name}: {engine.name} ended with status {status}", file=sys.stderr)
-    return 1 if status else 0
+        return 0
+    sys.stderr.write((port.build / "stderr.txt").read_text(errors="replace"))
+    lacking = "" if status else f" and wrote no {port.csv.name}"
+    print(f"{port.name}: {engine.name} ended with status {status}{lacking}", file=sys.stderr)
+    return 1
 
 
 if __name__ == "__main__":
-    asked = read_ports()[sys.argv[-1]]
+    ports = read_ports()
+    if sys.argv[-1] not in ports:
+        sys.exit(f"run: no port is called {sys.argv[-1]}; the ports are {' '.join(ports)}")
+    asked = ports[sys.argv[-1]]
     if "--engine" in sys.argv:
         choose_engine(asked)
     else:

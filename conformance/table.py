@@ -2,6 +2,7 @@
 """The table of programs: what ran, on which engine, and what came out."""
 
 from collections.abc import Iterable
+from typing import Any
 
 from conformance.ports import Port
 
@@ -18,19 +19,21 @@ def row(port: Port) -> tuple[str, ...]:
     run = port.run()
     if run is None:
         return (port.name, "did not run", "", "", "", "")
-    engine = f"{run['engine']}: {run['engine_version']}"
+    engine, seconds = engine_and_version(run), f"{run['seconds']:.2f}"
     if run["exit_status"] != 0:
-        return (port.name, engine, "", f"failed, status {run['exit_status']}", "", f"{run['seconds']:.1f}")
-    lines = port.csv.read_text().splitlines()
-    last = lines[-1].split(",")
-    return (
-        port.name,
-        engine,
-        str(len(lines) - 1),
-        f"{float(last[5]):.3e}",
-        f"{float(last[3]):.10f}",
-        f"{run['seconds']:.1f}",
-    )
+        return (port.name, engine, "", f"failed, status {run['exit_status']}", "", seconds)
+    try:
+        lines = port.csv.read_text().splitlines()
+        _, _, _, theta_hat, _, error = map(float, lines[-1].split(","))
+    except (OSError, ValueError, IndexError):
+        return (port.name, engine, "", "no CSV, or not whole", "", seconds)
+    return (port.name, engine, str(len(lines) - 1), f"{error:.3e}", f"{theta_hat:.10f}", seconds)
+
+
+def engine_and_version(run: dict[str, Any]) -> str:
+    """The engine of a record and its version, named once."""
+    name, version = run["engine"], run["engine_version"]
+    return version if version.lower().startswith(name.lower()) else f"{name}: {version}"
 
 
 def layout(rows: list[tuple[str, ...]]) -> str:

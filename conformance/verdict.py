@@ -13,7 +13,7 @@ from typing import Any
 from conformance.checks import CONTRACT, Check, Result, judge, programs_agree
 from conformance.ports import Port, read_ports
 from conformance.scenario import Scenario
-from conformance.table import layout
+from conformance.table import engine_and_version, layout
 from conformance.trajectory import Trajectory, TrajectoryError, load
 
 STATUSES = ("pass", "fail", "error", "missing", "stale", "left out")
@@ -64,7 +64,7 @@ def judge_port(port: Port, scenario: Scenario) -> Verdict:
     if run is None:
         names = " or ".join(engine.name for engine in port.engines)
         return Verdict(port.name, "missing", f"it did not run; it needs {names}; type: make {port.name}")
-    engine = f"{run['engine']}: {run['engine_version']}"
+    engine = engine_and_version(run)
     stand_in = any(other.proprietary for other in port.engines) and not run["proprietary"]
     if run["source_sha256"] != port.source_hash():
         return Verdict(port.name, "stale", f"the source has changed since; type: make {port.name}", engine, stand_in)

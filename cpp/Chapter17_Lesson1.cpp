@@ -12,31 +12,33 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace {
 
 // ---- Parameters ----
 
-constexpr double theta = 1.2;        // (10) true parameter, used by the plant alone
-constexpr double k1 = 2.0;           // (10) gain on z1, positive
-constexpr double k2 = 2.5;           // (10) gain on z2, positive
-constexpr double gamma = 3.0;        // (10) adaptation gain, positive
-constexpr double amplitude = 0.5;    // (10) of the reference
-constexpr double omega = 0.7;        // (10) of the reference, rad/s
+constexpr double theta = 1.2;            // (10) true parameter, used by the plant alone
+constexpr double k1 = 2.0;               // (10) gain on z1, positive
+constexpr double k2 = 2.5;               // (10) gain on z2, positive
+constexpr double gamma = 3.0;            // (10) adaptation gain, positive
+constexpr double amplitude = 0.5;        // (10) of the reference
+constexpr double omega = 0.7;            // (10) of the reference, rad/s
 constexpr double x1_start = 1.2;         // (10) x1 at t = 0
 constexpr double x2_start = -0.5;        // (10) x2 at t = 0
 constexpr double theta_hat_start = 0.0;  // (10) theta_hat at t = 0
-constexpr double t_final = 20.0;     // (10) horizon, s
-constexpr double h = 0.002;          // step of RK4, and interval between logged times, s
+constexpr double t_final = 20.0;         // (10) horizon, s
+constexpr double h = 0.002;              // step of RK4, and interval between logged times, s
 
-const std::string csv_name = "Chapter17_Lesson1_cpp.csv";
+constexpr const char* csv_name = "Chapter17_Lesson1_cpp.csv";
 
 // ---- Reference ----
 
@@ -91,6 +93,7 @@ State along(const State& state, double step, const State& slope) {
     return {state[0] + step * slope[0], state[1] + step * slope[1], state[2] + step * slope[2]};
 }
 
+// slopes at the start, twice at the middle, and at the end of the step
 State rk4_step(double t, const State& state) {
     const State s1 = closed_loop(t, state);
     const State s2 = closed_loop(t + h / 2, along(state, h / 2, s1));
@@ -130,7 +133,7 @@ std::string round_trip(double value) {
 }
 
 void write_csv(const std::vector<Sample>& trajectory) {
-    const std::string part = csv_name + ".part";  // renamed when complete, so that no half-written CSV looks whole
+    const std::string part = std::string(csv_name) + ".part";  // renamed when complete, so that no half-written CSV looks whole
     std::ofstream file;
     file.exceptions(std::ios::failbit | std::ios::badbit);
     try {
@@ -146,7 +149,11 @@ void write_csv(const std::vector<Sample>& trajectory) {
     } catch (const std::ios::failure&) {
         throw std::runtime_error("cannot write " + part);
     }
-    std::filesystem::rename(part, csv_name);
+    std::error_code failure;
+    std::filesystem::rename(part, csv_name, failure);
+    if (failure) {
+        throw std::runtime_error(std::string("cannot write ") + csv_name + ": " + failure.message());
+    }
 }
 
 // ---- Report ----
@@ -157,7 +164,10 @@ void report(const std::vector<Sample>& trajectory) {
     std::printf("Final tracking error: %.6e\n", x1 - reference(t).r);
     std::printf("Final parameter estimate: %.10f\n", theta_hat);
     std::printf("True parameter: %.10f\n", theta);
-    std::printf("Data written to %s\n", csv_name.c_str());
+    std::printf("Data written to %s\n", csv_name);
+    if (std::fflush(stdout) != 0) {
+        throw std::runtime_error("cannot write to standard output");
+    }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 import java.io.BufferedWriter;
 import java.io.IOException;
+import java.nio.file.FileSystemException;
 import java.nio.file.Files;
 import java.nio.file.Path;
 import java.nio.file.StandardCopyOption;
@@ -22,17 +23,17 @@ public final class Chapter17_Lesson1 {
 
     // ---- Parameters ----
 
-    static final double theta = 1.2;       // (10) true parameter, used by the plant alone
-    static final double k1 = 2.0;          // (10) gain on z1, positive
-    static final double k2 = 2.5;          // (10) gain on z2, positive
-    static final double gamma = 3.0;       // (10) adaptation gain, positive
-    static final double amplitude = 0.5;   // (10) of the reference
-    static final double omega = 0.7;       // (10) of the reference, rad/s
+    static final double theta = 1.2;          // (10) true parameter, used by the plant alone
+    static final double k1 = 2.0;             // (10) gain on z1, positive
+    static final double k2 = 2.5;             // (10) gain on z2, positive
+    static final double gamma = 3.0;          // (10) adaptation gain, positive
+    static final double amplitude = 0.5;      // (10) of the reference
+    static final double omega = 0.7;          // (10) of the reference, rad/s
     static final double x1Start = 1.2;        // (10) x1 at t = 0
     static final double x2Start = -0.5;       // (10) x2 at t = 0
-    static final double thetaHatStart = 0.0;  // (10) theta_hat at t = 0
-    static final double tFinal = 20.0;     // (10) horizon, s
-    static final double h = 0.002;         // step of RK4, and interval between logged times, s
+    static final double thetaHatStart = 0.0;  // (10) thetaHat at t = 0
+    static final double tFinal = 20.0;        // (10) horizon, s
+    static final double h = 0.002;            // step of RK4, and interval between logged times, s
 
     static final String csvName = "Chapter17_Lesson1_java.csv";
 
@@ -85,6 +86,7 @@ public final class Chapter17_Lesson1 {
         return new double[] {state[0] + step * slope[0], state[1] + step * slope[1], state[2] + step * slope[2]};
     }
 
+    // slopes at the start, twice at the middle, and at the end of the step
     static double[] rk4Step(double t, double[] state) {
         final double[] s1 = closedLoop(t, state);
         final double[] s2 = closedLoop(t + h / 2, along(state, h / 2, s1));
@@ -129,12 +131,12 @@ public final class Chapter17_Lesson1 {
                 file.write(t + "," + x1 + "," + x2 + "," + thetaHat + "," + r + "," + (x1 - r) + "\n");
             }
         }
-        Files.move(part, Path.of(csvName), StandardCopyOption.REPLACE_EXISTING);
+        Files.move(part, Path.of(csvName), StandardCopyOption.ATOMIC_MOVE);
     }
 
     // ---- Report ----
 
-    static void report(List<Sample> trajectory) {
+    static void report(List<Sample> trajectory) throws IOException {
         final Sample last = trajectory.get(trajectory.size() - 1);
         final double x1 = last.state[0];
         final double thetaHat = last.state[2];
@@ -142,6 +144,9 @@ public final class Chapter17_Lesson1 {
         System.out.printf(Locale.ROOT, "Final parameter estimate: %.10f\n", thetaHat);
         System.out.printf(Locale.ROOT, "True parameter: %.10f\n", theta);
         System.out.printf(Locale.ROOT, "Data written to %s\n", csvName);
+        if (System.out.checkError()) {
+            throw new IOException("cannot write to standard output");
+        }
     }
 
     public static void main(String[] arguments) {
@@ -149,8 +154,11 @@ public final class Chapter17_Lesson1 {
             final List<Sample> trajectory = simulate();
             writeCsv(trajectory);
             report(trajectory);
+        } catch (FileSystemException error) {
+            System.err.println("Chapter17_Lesson1: cannot write " + error.getFile() + ": " + error.getReason());
+            System.exit(1);
         } catch (IOException | ArithmeticException error) {
-            System.err.println("Chapter17_Lesson1: " + error);
+            System.err.println("Chapter17_Lesson1: " + error.getMessage());
             System.exit(1);
         }
     }

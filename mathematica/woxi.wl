@@ -4,7 +4,8 @@
 $FrontEnd = Null;  (* no front end, as under wolframscript *)
 
 (* Woxi's NDSolveValue takes 1000 equal RK4 steps over whatever span it is given and ignores the accuracy asked for.
-   Here the span is cut into pieces of 0.5 s, each started from the end of the one before: steps of 0.0005 s. *)
+   Here the span is cut into pieces of 1 s, each started from the end of the one before: steps of 0.001 s. The
+   pieces stay in global symbols (count, ends, piece): passed as arguments they would be copied at every evaluation. *)
 
 pieceLength = 1.0;
 

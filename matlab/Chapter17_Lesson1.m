@@ -12,19 +12,19 @@ function Chapter17_Lesson1
 
 %% Parameters
 
-theta = 1.2;        % (10) true parameter, used by the plant alone
-k1 = 2.0;           % (10) gain on z1, positive
-k2 = 2.5;           % (10) gain on z2, positive
-gamma = 3.0;        % (10) adaptation gain, positive
-amplitude = 0.5;    % (10) of the reference
-omega = 0.7;        % (10) of the reference, rad/s
+theta = 1.2;            % (10) true parameter, used by the plant alone
+k1 = 2.0;               % (10) gain on z1, positive
+k2 = 2.5;               % (10) gain on z2, positive
+gamma = 3.0;            % (10) adaptation gain, positive
+amplitude = 0.5;        % (10) of the reference
+omega = 0.7;            % (10) of the reference, rad/s
 x1_start = 1.2;         % (10) x1 at t = 0
 x2_start = -0.5;        % (10) x2 at t = 0
 theta_hat_start = 0.0;  % (10) theta_hat at t = 0
-t_final = 20.0;     % (10) horizon, s
-rel_tol = 1e-9;     % of ode45
-abs_tol = 1e-11;    % of ode45
-max_step = 0.02;    % of ode45, s
+t_final = 20.0;         % (10) horizon, s
+rel_tol = 1e-9;         % of ode45
+abs_tol = 1e-11;        % of ode45
+max_step = 0.02;        % of ode45, s
 
 csv_name = 'Chapter17_Lesson1_matlab.csv';
 png_name = 'Chapter17_Lesson1_matlab.png';
@@ -84,8 +84,11 @@ png_name = 'Chapter17_Lesson1_matlab.png';
     function write_csv(t, x1, x2, theta_hat)
         r = reference(t);
         part = [csv_name '.part'];  % renamed when complete, so that no half-written CSV looks whole
-        file = fopen(part, 'w');
-        written = file >= 0 && ~isfolder(csv_name);
+        file = -1;
+        if ~isfolder(csv_name)
+            file = fopen(part, 'w');
+        end
+        written = file >= 0;
         if written
             bytes = fprintf(file, 't,x1,x2,theta_hat,reference,tracking_error\n') ...
                     + fprintf(file, '%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n', [t, x1, x2, theta_hat, r, x1 - r]');
@@ -120,15 +123,15 @@ png_name = 'Chapter17_Lesson1_matlab.png';
         end
         subplot(3, 1, 1);
         plot(t, x1, '-', t, r, '--');
-        ylabel('output (1)');
+        ylabel('output y');
         legend({'x_1', 'r'});
         subplot(3, 1, 2);
         plot(t, x1 - r, '-');
-        ylabel('tracking error (1)');
+        ylabel('tracking error z_1');
         legend({'z_1'});
         subplot(3, 1, 3);
         plot(t, theta_hat, '-', t, theta + 0 * t, '--');
-        ylabel('parameter (1/s)');
+        ylabel('parameter, 1/s');
         legend({'estimate of \theta', '\theta'});
         xlabel('time (s)');
         if ~windows

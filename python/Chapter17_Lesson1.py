@@ -127,12 +127,12 @@ def draw(t, x1, theta_hat):
     figure, (tracking, error, estimate) = plt.subplots(3, 1, sharex=True, layout="constrained")
     tracking.plot(t, x1, "-", label="$x_1$")
     tracking.plot(t, r, "--", label="$r$")
-    tracking.set_ylabel("output (1)")
+    tracking.set_ylabel("output y")
     error.plot(t, x1 - r, "-", label="$z_1$")
-    error.set_ylabel("tracking error (1)")
+    error.set_ylabel("tracking error $z_1$")
     estimate.plot(t, theta_hat, "-", label=r"estimate of $\theta$")
     estimate.plot(t, np.full_like(t, theta), "--", label=r"$\theta$")
-    estimate.set_ylabel("parameter (1/s)")
+    estimate.set_ylabel("parameter, 1/s")
     estimate.set_xlabel("time (s)")
     for axes in (tracking, error, estimate):
         axes.legend()
@@ -152,5 +152,7 @@ def main():
 if __name__ == "__main__":
     try:
         main()
-    except (OSError, RuntimeError) as error:
+    except OSError as error:
+        sys.exit(f"Chapter17_Lesson1: cannot write {error.filename or csv_name}: {error.strerror}")
+    except RuntimeError as error:
         sys.exit(f"Chapter17_Lesson1: {error}")

@@ -2,7 +2,6 @@
 """A program that cannot finish says so in one line, ends with a non-zero status, and leaves no CSV that looks whole."""
 
 import re
-import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -11,11 +10,9 @@ import pytest
 
 from conformance.ports import Port, read_ports
 from conformance.run import choose_engine, in_place
-from conformance.tests.programs import PORTS, make, record
+from conformance.tests.programs import make, record
 
 ENGINE_REMARK = "error: ignoring const execution_exception& while preparing to exit\n"  # GNU Octave 7.3, at every end
-
-COMPILED = {"cpp", "java"}
 
 
 def set_constant(port: Port, snake_name: str, value: str) -> None:
@@ -32,9 +29,8 @@ def start(port: Port) -> subprocess.CompletedProcess[str]:
     """Run a copied program bare, in its build folder."""
     root = port.folder.parent
     port.build.mkdir(parents=True, exist_ok=True)
-    if port.name in COMPILED:
-        target = {"cpp": "bin/Chapter17_Lesson1", "java": "bin/Chapter17_Lesson1.class"}[port.name]
-        built = make(root, f"build/{port.name}/{target}")
+    if port.target:
+        built = make(root, f"build/{port.name}/{port.target}")
         assert built.returncode == 0, built.stderr
     command = in_place(choose_engine(port).command)
     return subprocess.run(command, cwd=port.build, capture_output=True, text=True, timeout=120)
@@ -76,7 +72,3 @@ def test_the_short_program_itself_ends_well(short_program: Port) -> None:
     answer = start(short_program)
     assert answer.returncode == 0 and short_program.csv.is_file(), answer.stderr
     assert not list(short_program.build.glob("*.part"))
-
-
-def test_copies_are_of_programs_under_test() -> None:
-    assert PORTS and shutil.which("make")

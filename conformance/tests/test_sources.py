@@ -52,7 +52,7 @@ def steps(port: Port) -> list[tuple[str, str, str]]:
     found = re.findall(pattern, source(port), flags=re.MULTILINE)
     unquoted = [(text, tag, wording.removesuffix("'").replace("''", "'") if text.lstrip()[:1] == "'" else wording)
                 for text, tag, wording in found if text.strip(" %")]  # fmt: skip
-    return [(tag, wording, statement(text)) for text, tag, wording in unquoted]
+    return [(tag, snake(wording), statement(text)) for text, tag, wording in unquoted]
 
 
 @every_port

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from conformance.checks import Result
-from conformance.experiment import ROWS, truth
+from conformance.experiment import PRINTED, truth
 from conformance.ports import ROOT, Port, read_ports
 from conformance.scenario import LESSON
 from conformance.tests.programs import PORTS, record
@@ -28,7 +28,7 @@ SCHEMA = json.loads((ROOT / "conformance/result.schema.json").read_text())
 def exact_csv(tmp_path: Path) -> Path:
     """A trajectory that the suite has never seen: the exact solution at irregular times, 17 digits."""
     t = 20 * np.linspace(0, 1, 3001) ** 1.05
-    x1, x2, theta_hat, z1 = truth(LESSON).evaluate(t, ROWS[:4])
+    x1, x2, theta_hat, z1 = truth(LESSON).evaluate(t, PRINTED[:4])
     path = tmp_path / "exact.csv"
     rows = np.column_stack([t, x1, x2, theta_hat, x1 - z1, x1 - (x1 - z1)])
     np.savetxt(path, rows, fmt="%.17g", delimiter=",", header=",".join(COLUMNS), comments="")

@@ -7,6 +7,7 @@ function output = sim(name, varargin)
   settings = simulink_assign(model.parameters, ['model ''' name ''''], varargin);
   require(settings, 'SolverType', 'Variable-step');
   require(settings, 'Solver', 'ode45');
+  require(settings, 'AutoScaleAbsTol', 'off');
   require(settings, 'ReturnWorkspaceOutputs', 'on');
   [plan, folder] = make_plan(model);
   cleanup = onCleanup(@() remove_charts(folder));

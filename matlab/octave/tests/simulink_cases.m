@@ -51,7 +51,7 @@ function build(model)
   root = sfroot();
   chart = root.find('-isa', 'Stateflow.EMChart', 'Path', [model '/Loop']);
   chart.Script = sprintf('function [x_dot, y] = f(t, x)\nx_dot = -x;\ny = t;\nend');
-  set_param(model, 'Solver', 'ode45', 'StopTime', '1', 'RelTol', '1e-10', 'AbsTol', '1e-12', 'MaxStep', '0.1');
+  set_param(model, 'Solver', 'ode45', 'StopTime', '1', 'RelTol', '1e-10', 'AbsTol', '1e-12', 'AutoScaleAbsTol', 'off', 'MaxStep', '0.1');
   add_line(model, 'Clock/1', 'Loop/1');
 end
 

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+#
+# Chapter 17, Lesson 1: adaptive backstepping on an uncertain second-order plant.
+#
+#     plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
+#     task      x1 follows r(t), and every signal stays bounded
+#     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
+#               theta_hat: estimate of theta;  x_dot: time derivative of x;
+#               alpha1_x1: partial derivative of alpha1 with respect to x1
+#     (n)       section n of the lesson
+
+# ---- Parameters ----
+
+BEGIN {
+    theta = 1.2  # (10) true parameter, used by the plant alone
+    k1 = 2.0  # (10) gain on z1, positive
+    k2 = 2.5  # (10) gain on z2, positive
+    gamma = 3.0  # (10) adaptation gain, positive
+    amplitude = 0.5  # (10) of the reference
+    omega = 0.7  # (10) of the reference, rad/s
+    x1_start = 1.2  # (10) x1 at t = 0
+    x2_start = -0.5  # (10) x2 at t = 0
+    theta_hat_start = 0.0  # (10) theta_hat at t = 0
+    t_final = 20.0  # (10) horizon, s
+    h = 0.002  # step of RK4, and interval between logged times, s
+    csv_name = "Chapter17_Lesson1_awk.csv"
+    main()
+}
+
+# ---- Reference ----
+
+function reference(t) {
+    r = amplitude * sin(omega * t)  # (10) reference
+    r_dot = amplitude * omega * cos(omega * t)  # (10) its first derivative
+    r_ddot = -amplitude * omega * omega * sin(omega * t)  # (10) its second derivative
+}
+
+# ---- Controller ----
+
+function controller(t, x1, x2, theta_hat) {
+    reference(t)
+    z1 = x1 - r  # (5) tracking error
+    alpha1 = -k1 * z1 - theta_hat * x1 + r_dot  # (7) virtual control
+    z2 = x2 - alpha1  # (5) distance from the virtual control
+    alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1
+    tau2 = x1 * z1 - alpha1_x1 * x1 * z2  # (7) tuning function
+    theta_hat_dot = gamma * tau2  # (7) update law
+    alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * x1) + k1 * r_dot + r_ddot  # (7) known part of alpha1'
+    u = alpha1_dot_known - z1 - k2 * z2 - x1 * theta_hat_dot  # (7) control
+}
+
+# ---- Closed loop ----
+
+function closed_loop(t, x1, x2, theta_hat) {
+    controller(t, x1, x2, theta_hat)
+    x1_dot = x2 + theta * x1  # (7) plant, row 1
+    x2_dot = u  # (7) plant, row 2
+}
+
+# ---- Integrate ----
+
+function stage(t, step, weight) {  # adds the slope at state + step * last slope
+    closed_loop(t, x[1] + step * x1_dot, x[2] + step * x2_dot, x[3] + step * theta_hat_dot)
+    sum[1] += weight * x1_dot
+    sum[2] += weight * x2_dot
+    sum[3] += weight * theta_hat_dot
+}
+
+function rk4_step(t,    i) {
+    for (i = 1; i <= 3; i++) sum[i] = 0
+    x1_dot = x2_dot = theta_hat_dot = 0
+    stage(t, 0, 1)
+    stage(t + h / 2, h / 2, 2)
+    stage(t + h / 2, h / 2, 2)
+    stage(t + h, h, 1)
+    for (i = 1; i <= 3; i++) x[i] += h / 6 * sum[i]
+}
+
+# ---- Write CSV ----
+
+function write_row(t) {
+    reference(t)
+    printf "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", t, x[1], x[2], x[3], r, x[1] - r > (csv_name ".part")
+}
+
+# ---- Report ----
+
+function main(    i, steps) {
+    steps = int(t_final / h + 1 / 2)
+    x[1] = x1_start
+    x[2] = x2_start
+    x[3] = theta_hat_start
+    print "t,x1,x2,theta_hat,reference,tracking_error" > (csv_name ".part")
+    for (i = 0; i < steps; i++) {
+        write_row(i * h)
+        rk4_step(i * h)
+    }
+    write_row(steps * h)
+    close(csv_name ".part")
+    if (system("mv " csv_name ".part " csv_name)) exit 1
+    printf "Final tracking error: %.6e\n", x[1] - r
+    printf "Final parameter estimate: %.10f\n", x[3]
+    printf "True parameter: %.10f\n", theta
+    print "Data written to " csv_name
+}

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+"""docs/porting.md, followed: from the skeleton of a port to green, with a small port in AWK."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conformance.new_port import write_skeleton
+from conformance.ports import ROOT
+from conformance.tests.programs import make
+
+AWK = ROOT / "conformance/tests/data/Chapter17_Lesson1.awk"
+
+
+def check(root: Path, name: str) -> subprocess.CompletedProcess[str]:
+    """What make check does for one port, on the tests that every port has."""
+    tests = [f"conformance/tests/test_{what}.py" for what in ("conformance", "csv_format", "results", "sources")]
+    return subprocess.run(
+        [root / ".venv/bin/python", "-m", "pytest", *tests, "-k", name],
+        cwd=root, env={**os.environ, "PORTS": name}, capture_output=True, text=True,
+    )  # fmt: skip
+
+
+def test_skeleton_says_that_its_program_is_not_written(copy_of_the_tree: Callable[..., Path]) -> None:
+    root = copy_of_the_tree()
+    write_skeleton("awk", root)
+    answer = make(root, "awk")
+    assert answer.returncode != 0 and "the program of awk is not written yet" in answer.stderr
+    verdict = check(root, "awk")
+    assert verdict.returncode == 1 and "0 of 1 conform; 1 error; 6 left out" in verdict.stdout
+
+
+def test_a_new_port_goes_from_skeleton_to_green(copy_of_the_tree: Callable[..., Path]) -> None:
+    root = copy_of_the_tree()
+    write_skeleton("awk", root)
+    (root / "awk/Chapter17_Lesson1.sh").unlink()
+    (root / "awk/Chapter17_Lesson1.awk").write_text(AWK.read_text())
+    for name in ("port.toml", "port.mk"):
+        path = root / "awk" / name
+        text = path.read_text().replace('["sh", "{root}', '["awk", "-f", "{root}').replace("Lesson1.sh", "Lesson1.awk")
+        path.write_text(text.replace('program = "sh"', 'program = "awk"').replace("1e-6  ", "2e-8  "))
+    made = make(root, "awk")
+    assert made.returncode == 0, made.stderr
+    verdict = check(root, "awk")
+    assert verdict.returncode == 0 and "1 of 1 conform; 6 left out" in verdict.stdout, verdict.stdout
+
+
+@pytest.mark.parametrize("name", ["python", "docs", "Fortran", "c++", "a b", "../x", ""])
+def test_a_name_that_is_taken_or_no_identifier_is_refused(name: str) -> None:
+    answer = subprocess.run(
+        [sys.executable, "-m", "conformance", "new-port", name], cwd=ROOT, capture_output=True, text=True
+    )
+    assert answer.returncode == 2 and len(answer.stderr.splitlines()) == 1
