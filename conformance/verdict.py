@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from conformance.checks import CONTRACT, Check, Result, judge, programs_agree
 from conformance.ports import Port, read_ports
 from conformance.scenario import Scenario
 from conformance.table import engine_and_version, layout
-from conformance.trajectory import Trajectory, TrajectoryError, load
+from conformance.trajectory import Trajectory, TrajectoryError, load, print_error
 
 STATUSES = ("pass", "fail", "error", "missing", "stale", "left out")
 REPORT = (  # what a program prints; the number of the first three lines
@@ -87,9 +88,15 @@ def report_problems(text: str, trajectory: Trajectory, scenario: Scenario, csv_n
         return [f"standard output: found {lines}, expected the four lines of the contract"]
     error, estimate, parameter, name = (match[1] for match in found if match)
     z1, theta_hat = float(trajectory.tracking_error[-1]), float(trajectory.theta_hat[-1])
+    coarse_z1, coarse_theta_hat = (print_error(c)[-1] for c in (trajectory.tracking_error, trajectory.theta_hat))
     wanted = (
-        ("final tracking error", abs(float(error) - z1) <= 1e-3 * abs(z1), error, f"{z1:.6e}, the CSV's last row"),
-        ("final parameter estimate", abs(float(estimate) - theta_hat) <= CONTRACT, estimate, f"{theta_hat:.10f}"),
+        ("final tracking error", abs(float(error) - z1) <= half_unit(error) + coarse_z1, error, f"{z1:.6e}"),
+        (
+            "final parameter estimate",
+            abs(float(estimate) - theta_hat) <= half_unit(estimate) + coarse_theta_hat,
+            estimate,
+            f"{theta_hat:.10f}",
+        ),
         ("true parameter", float(parameter) == float(scenario.theta), parameter, f"{float(scenario.theta)}"),
         ("file name", name == csv_name, name, csv_name),
     )
@@ -106,6 +113,12 @@ def judge_all(selected: Mapping[str, Port], scenario: Scenario) -> list[Verdict]
         for name in result.claim.split("-agrees-with-"):
             verdicts[name] = replace(verdicts[name], status="fail", reason=f"{verdicts[name].reason}\n{result}".strip())
     return [verdicts.get(name, Verdict(name, "left out", "PORTS does not name it")) for name in read_ports()]
+
+
+def half_unit(number: str) -> float:
+    """Half a unit of the last digit that a number shows, and a little for its own rounding."""
+    exponent = Decimal(number).as_tuple().exponent
+    return 0.500001 * 10.0 ** int(exponent)
 
 
 # ---- Telling ----

@@ -9,11 +9,19 @@ $FrontEnd = Null;  (* no front end, as under wolframscript *)
 
 pieceLength = 1.0;
 
+refuse[why_] := (WriteString["stderr", "NDSolveValue, stand-in under Woxi: ", why, "\n"]; Exit[1]);
+
 Unprotect[NDSolveValue];
 inPieces = False;
 NDSolveValue[equations_List, functions_List, {t_, start_, end_}, options___] /; ! inPieces :=
   Block[{inPieces = True}, Module[{initial, law, values, solutions},
     initial = Select[equations, MemberQ[functions, Head[#[[1]]]] &];  (* x[start] == value *)
+    If[! And @@ Map[TrueQ[#[[1, 1]] == start] &, initial], refuse["an initial condition is not at the start"]];
+    If[! MemberQ[{options}, Method -> {"ExplicitRungeKutta", "DifferenceOrder" -> 5}],
+      refuse["the Method is not the explicit Runge-Kutta method of order 5"]];
+    If[! And @@ Map[NumberQ[# /. {options}] &, {PrecisionGoal, AccuracyGoal, MaxStepSize}],
+      refuse["a goal or MaxStepSize is not a number"]];
+    If[! MemberQ[{options}, InterpolationOrder -> All], refuse["InterpolationOrder is not All"]];
     law = Complement[equations, initial];
     values = functions /. Map[Function[e, Head[e[[1]]] -> e[[2]]], initial];
     count = Ceiling[(end - start) / pieceLength];
@@ -31,3 +39,8 @@ NDSolveValue[equations_List, functions_List, {t_, start_, end_}, options___] /; 
 spliced[k_]["Domain"] := {{First[ends], Last[ends]}};
 spliced[k_][t_?NumberQ] :=
   piece[k, Clip[Ceiling[count * (t - First[ends]) / (Last[ends] - First[ends])], {1, count}]][t];
+
+(* Woxi's RenameFile overwrites silently; the kernel's refuses. *)
+
+Unprotect[RenameFile];
+RenameFile[source_, target_] /; FileExistsQ[target] := $Failed;

@@ -10,7 +10,10 @@ import pytest
 
 from conformance.ports import Port, read_ports
 from conformance.run import choose_engine, in_place
+from conformance.scenario import LESSON
 from conformance.tests.programs import make, record
+from conformance.trajectory import load
+from conformance.verdict import report_problems
 
 ENGINE_REMARK = "error: ignoring const execution_exception& while preparing to exit\n"  # GNU Octave 7.3, at every end
 
@@ -63,12 +66,17 @@ def test_full_disk(short_program: Port) -> None:
     assert_refused(short_program, start(short_program), "")
 
 
-def test_integration_that_blows_up(short_program: Port) -> None:
-    set_constant(short_program, "x2_start", "1" + 200 * "0" + ".0")
+@pytest.mark.parametrize("constant", ["x1_start", "x2_start"])
+def test_integration_that_blows_up(short_program: Port, constant: str) -> None:
+    set_constant(short_program, constant, "1" + 200 * "0" + ".0")
     assert_refused(short_program, start(short_program), "integration failed")
 
 
-def test_the_short_program_itself_ends_well(short_program: Port) -> None:
+def test_short_program_ends_well_and_replaces_an_old_csv(short_program: Port) -> None:
+    short_program.build.mkdir(parents=True)
+    short_program.csv.write_text("of an earlier run\n")
     answer = start(short_program)
-    assert answer.returncode == 0 and short_program.csv.is_file(), answer.stderr
+    assert answer.returncode == 0, answer.stderr
     assert not list(short_program.build.glob("*.part"))
+    trajectory = load(short_program.csv, 0.1)  # in the transient, where every row differs from the one before it
+    assert report_problems(answer.stdout, trajectory, LESSON, short_program.csv.name) == []

@@ -94,6 +94,72 @@ def test_controller_does_not_use_theta(any_port: Port) -> None:
     assert not re.search(r"\btheta\b", code)
 
 
+ODE45 = {"rel_tol": "1e-9", "abs_tol": "1e-11", "max_step": "0.02"}
+SETTINGS = {  # of the integrators, by the contract; the tagged parameters are compared above
+    "python": {**ODE45, "intervals": "4000"},
+    "cpp": {"h": "0.002"},
+    "java": {"h": "0.002"},
+    "matlab": ODE45,
+    "simulink": ODE45,
+    "mathematica": {"precision_goal": "9", "accuracy_goal": "11", "max_step": "0.02", "intervals": "2000"},
+}
+
+
+@every_port
+def test_settings_of_the_integrator_are_those_of_the_contract(any_port: Port) -> None:
+    parameters = snake(section(any_port, "Parameters"))
+    for name, value in SETTINGS.get(any_port.name, {}).items():
+        assert re.search(rf"\b{name} = {re.escape(value)}(;| )", parameters), f"{name} = {value}"
+
+
+@every_port
+def test_every_parameter_is_used(any_port: Port) -> None:
+    parameters = section(any_port, "Parameters")
+    names = re.findall(r"(\w+) = [-\d.e\"']", parameters)
+    text = source(any_port)
+    code = text[text.index(parameters) :].replace(parameters, "")
+    settings = [part for part in any_port.section.split("{}") if part]
+    assert len(names) >= 12 and settings
+    used_here = ("parameters = {",)  # the Simulink program passes its parameters on in this section
+    passed_on = parameters[parameters.index(used_here[0]) :] if used_here[0] in parameters else ""
+    assert [name for name in names if not re.search(rf"\b{name}\b", code + passed_on)] == []
+
+
+OCTAVE_FIGURE = [
+    "plot(t, x1, '-', t, r, '--')", "ylabel('output y')", "legend({'x_1', 'r'})",
+    "plot(t, x1 - r, '-')", "ylabel('tracking error z_1')", "legend({'z_1'})",
+    "plot(t, theta_hat, '-', t, theta + 0 * t, '--')", "ylabel('parameter, 1/s')",
+    r"legend({'estimate of \theta', '\theta'})", "xlabel('time (s)')", "print(window, png_name, '-dpng')",
+]  # fmt: skip
+FIGURES = {  # the curves, legends and labels of the three panels, in order
+    "python": [
+        'tracking.plot(t, x1, "-", label="$x_1$")', 'tracking.plot(t, r, "--", label="$r$")', '"output y"',
+        'error.plot(t, x1 - r, "-", label="$z_1$")', '"tracking error $z_1$"',
+        r'estimate.plot(t, theta_hat, "-", label=r"estimate of $\theta$")',
+        r'estimate.plot(t, np.full_like(t, theta), "--", label=r"$\theta$")', '"parameter, 1/s"', '"time (s)"',
+        "axes.legend()", "savefig(png_name)",
+    ],
+    "matlab": OCTAVE_FIGURE,
+    "simulink": OCTAVE_FIGURE,
+    "mathematica": [
+        r"PlotLegends -> legends", r"FrameLabel -> {\"time (s)\", label}",
+        r"panel[{x1, r}, {\"x1\", \"r\"}, \"output y\"]",
+        r"panel[{x1 - r}, {\"z1\"}, \"tracking error z1\"]",
+        r"panel[{thetaHat, 0 * t + theta}, {\"estimate of theta\", \"theta\"}, \"parameter, 1/s\"]",
+        "Export[pngName, figure]",
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_show_tracking_error_and_estimate(name: str) -> None:
+    text = source(ALL[name])
+    figures = text[text.index(ALL[name].section.format("Figures")) :]
+    places = [figures.find(fragment) for fragment in FIGURES[name]]
+    assert -1 not in places, FIGURES[name][places.index(-1)]
+    assert places == sorted(places)
+
+
 def test_notebook_has_one_input_cell_per_section() -> None:
     styles = re.findall(r'"(Title|Text|Section|Input)"\]', source(ALL["mathematica"]))
     assert styles == ["Title", "Text", *["Section", "Input"] * (len(SECTIONS) + 1)]
