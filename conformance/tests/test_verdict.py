@@ -103,7 +103,8 @@ def test_headline_counts_what_is_missing_and_what_stood_in() -> None:
 def test_json_follows_its_schema() -> None:
     verdicts = judge_all(PORTS, LESSON)
     jsonschema.validate(json.loads(to_json(verdicts)), SCHEMA)
-    unbounded = replace(verdicts[0], results=(replace(verdicts[0].results[0], figure=float("inf")),))
+    judged = next(verdict for verdict in verdicts if verdict.results)
+    unbounded = replace(judged, results=(replace(judged.results[0], figure=float("inf")),))
     jsonschema.validate(json.loads(to_json([unbounded])), SCHEMA)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(json.loads(to_json([Verdict("a", "fine")])), SCHEMA)
