@@ -133,7 +133,7 @@ def test_an_interrupted_run_is_not_taken_for_done(copy_of_the_tree: CopyOfTheTre
         if started.exists():
             break
         time.sleep(0.05)
-    os.killpg(interrupted.pid, signal.SIGINT)
+    os.killpg(interrupted.pid, signal.SIGTERM)  # SIGINT is ignored below a shell in the background
     assert started.exists() and interrupted.wait(timeout=60) != 0
     assert not any((root / "build/python" / name).exists() for name in ("done", "run.json"))
     assert not list((root / "build/python").glob("*.csv"))
