@@ -87,7 +87,9 @@ def timed(action: Callable[[], T]) -> tuple[T, float]:
 def bench_truth(limit: float = 60.0) -> None:
     """The enclosure of the lesson's three states, against solvers without a proof; `limit` in s is for mpmath."""
     whole = problem(LESSON)
-    lesson = replace(whole, states=whole.states[:3], rhs=whole.rhs[:3], start=whole.start[:3], outputs=())
+    horizon = sp.Rational(LESSON.horizon.numerator, LESSON.horizon.denominator)
+    three = {"states": whole.states[:3], "rhs": whole.rhs[:3], "start": whole.start[:3]}
+    lesson = replace(whole, **three, horizon=horizon, outputs=())
     with tempfile.TemporaryDirectory() as name:
         enclosed, cold = timed(lambda: enclose(lesson, cache=Path(name)))
         _, warm = timed(lambda: enclose(lesson, cache=Path(name)))
