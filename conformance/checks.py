@@ -67,7 +67,8 @@ def reference_is_the_scenarios(trajectory: Trajectory, scenario: Scenario, toler
     """The reference column is r(t): equal but for the rounding of its argument, of the sine, and of the print."""
     wanted = field(scenario).reference(trajectory.t)
     figure, where = largest(trajectory.reference - wanted, trajectory.t, "reference")
-    rounding = 4 * DOUBLE * float(scenario.amplitude) * (1 + float(scenario.omega * scenario.horizon))
+    argument = float(abs(scenario.phase) + abs(scenario.omega) * scenario.horizon)
+    rounding = 4 * DOUBLE * float(abs(scenario.amplitude)) * (1 + argument)
     printed = min(float(print_error(trajectory.reference).max()), tolerance)
     return Result("reference-is-the-scenarios", "(10)", figure, rounding + printed, where)
 

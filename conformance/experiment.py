@@ -35,7 +35,8 @@ def derived_loop(scenario: Scenario) -> ClosedLoop:
     x1, x2, u, theta, t = sp.symbols("x1 x2 u theta t")
     plant = strict_feedback(Plant((x1, x2), u, (theta,), (x2 + theta * x1, u)))
     design = tuning_functions(plant, (_exact(scenario.k1), _exact(scenario.k2)), _exact(scenario.gamma))
-    reference = _exact(scenario.amplitude) * sp.sin(_exact(scenario.omega) * t)
+    wave = {"sin": sp.sin, "cos": sp.cos}[scenario.wave]
+    reference = _exact(scenario.amplitude) * wave(_exact(scenario.omega) * t + _exact(scenario.phase))
     return closed_loop(design, [_exact(scenario.theta)], reference, time=t)
 
 

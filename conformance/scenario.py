@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: MIT
 """An experiment, (10): the lesson's closed loop under given parameters, reference, start and horizon."""
 
-from dataclasses import dataclass
+import tomllib
+from dataclasses import dataclass, fields
 from fractions import Fraction
+from pathlib import Path
+
+WAVES = ("sin", "cos")
 
 
 @dataclass(frozen=True)
 class Scenario:
     """Parameters of the lesson's experiment, exact: a decimal is what it says, not its double.
 
-    theta, k1 and k2 in 1/s; r(t) = amplitude sin(omega t), omega in rad/s; horizon in s.
+    theta, k1 and k2 in 1/s; r(t) = amplitude wave(omega t + phase), omega in rad/s, phase in rad; horizon in s.
+    Raises ValueError for a gain or a horizon that is not positive, and for a wave that is neither sin nor cos.
     """
 
     theta: Fraction = Fraction("1.2")
@@ -18,18 +23,66 @@ class Scenario:
     gamma: Fraction = Fraction("3")
     amplitude: Fraction = Fraction("0.5")
     omega: Fraction = Fraction("0.7")
+    phase: Fraction = Fraction("0")
     x1_start: Fraction = Fraction("1.2")
     x2_start: Fraction = Fraction("-0.5")
     theta_hat_start: Fraction = Fraction("0")
     horizon: Fraction = Fraction("20")
+    wave: str = "sin"
+
+    def __post_init__(self) -> None:
+        for name in ("k1", "k2", "gamma", "horizon"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name}: found {getattr(self, name)}, expected a positive number")
+        if self.wave not in WAVES:
+            raise ValueError(f"wave: found {self.wave!r}, expected one of {', '.join(WAVES)}")
 
 
-SCENARIOS = {"lesson": Scenario()}
+NUMBERS = tuple(f.name for f in fields(Scenario) if f.name != "wave")
+SCENARIOS = {
+    "lesson": Scenario(),
+    "problem-6": Scenario(amplitude=Fraction("0.4"), omega=Fraction("0.5"), wave="cos"),
+    "no-excitation": Scenario(amplitude=Fraction(0)),
+}
 LESSON = SCENARIOS["lesson"]
 
 
 def scenario_named(name: str) -> Scenario:
-    """The scenario of that name; raises ValueError where there is none."""
-    if name not in SCENARIOS:
-        raise ValueError(f"--scenario: found {name!r}, expected one of {', '.join(SCENARIOS)}")
-    return SCENARIOS[name]
+    """The scenario of that name, or of that TOML file; raises ValueError where there is none."""
+    if name in SCENARIOS:
+        return SCENARIOS[name]
+    if name.endswith(".toml"):
+        return read_scenario(Path(name))
+    raise ValueError(f"--scenario: found {name!r}, expected one of {', '.join(SCENARIOS)}, or a TOML file")
+
+
+def read_scenario(path: Path) -> Scenario:
+    """The table [scenario] of a TOML file; what it does not name is the lesson's. Raises ValueError, OSError."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=str)["scenario"]
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError) as error:
+        raise ValueError(f"{path}: expected TOML with a table [scenario] ({error})") from None
+    try:
+        return scenario(table)
+    except ValueError as error:
+        raise ValueError(f"{path}, [scenario], {error}") from None
+
+
+def scenario(table: dict[str, object]) -> Scenario:
+    """A scenario of names and values; a number is a number or a text such as "6/5". Raises ValueError."""
+    given: dict[str, Fraction] = {}
+    for name, value in table.items():
+        if name not in NUMBERS and name != "wave":
+            raise ValueError(f"found {name!r}, expected one of {', '.join((*NUMBERS, 'wave'))}")
+        if name != "wave":
+            try:
+                given[name] = Fraction(str(value))
+            except (ValueError, ZeroDivisionError):
+                raise ValueError(f'{name}: found {value!r}, expected a number, such as 0.1 or "1/3"') from None
+    return Scenario(**given, wave=str(table.get("wave", "sin")))
+
+
+def to_toml(experiment: Scenario) -> str:
+    """The scenario as a TOML table that `read_scenario` reads back exactly."""
+    numbers = [f'{name} = "{getattr(experiment, name)}"' for name in NUMBERS]
+    return "\n".join(["[scenario]", *numbers, f'wave = "{experiment.wave}"']) + "\n"
