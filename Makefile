@@ -60,6 +60,7 @@ environment: .venv/installed
 	@echo 'set-up: installing the Python packages of requirements.txt in .venv (a minute or two)'
 	@test -x $(PYTHON) || python3 -m venv .venv
 	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.txt
+	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
 
 .venv/bench: requirements-bench.txt | environment

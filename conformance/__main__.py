@@ -51,7 +51,9 @@ def parser() -> Parser:
     top = Parser(prog="conformance", description="Judge the six programs of Chapter 17, Lesson 1.")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     commands.add_parser("table", help="what ran, on which engine, and what came out (the ports of PORTS, or all)")
-    commands.add_parser("check", help="judge what the programs left (the ports of PORTS, or all)")
+    check = commands.add_parser("check", help="judge what the programs left")
+    check.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
+    commands.add_parser("tolerances", help="write docs/tolerances.md: what each port is held to, and why")
     validate = commands.add_parser(
         "validate",
         help="judge anyone's CSV",
@@ -108,10 +110,20 @@ def check(arguments: argparse.Namespace) -> int:
     from conformance.scenario import LESSON
     from conformance.verdict import judge_all, summary, to_json, write_atomically
 
-    verdicts = judge_all(selected_ports(), LESSON)
-    write_atomically(ROOT / "build" / "result.json", to_json(verdicts))
-    print(summary(verdicts))
-    return 0 if all(verdict.conforms or verdict.status == "left out" for verdict in verdicts) else 1
+    judgement = judge_all(selected_ports(arguments.ports), LESSON)
+    write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
+    print(summary(judgement))
+    return 0 if judgement.conforms else 1
+
+
+def write_tolerances(arguments: argparse.Namespace) -> int:
+    """docs/tolerances.md."""
+    from conformance.tolerances import PAGE, page
+    from conformance.verdict import write_atomically
+
+    write_atomically(PAGE, page())
+    print(PAGE)
+    return 0
 
 
 def validate(arguments: argparse.Namespace) -> int:
@@ -166,6 +178,7 @@ def print_truth(arguments: argparse.Namespace) -> int:
 COMMANDS = {
     "table": print_table,
     "check": check,
+    "tolerances": write_tolerances,
     "validate": validate,
     "diff": diff,
     "new-port": new_port,

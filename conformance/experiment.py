@@ -5,12 +5,11 @@ No formula of the controller stands here: `design` derives them from the plant.
 """
 
 import functools
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+import inspect
+from collections.abc import Iterator, Sequence
 from decimal import ROUND_UP, Decimal, localcontext
 from fractions import Fraction
 
-import numpy as np
 import sympy as sp
 from flint import arb
 
@@ -18,7 +17,6 @@ from conformance.design import ClosedLoop, closed_loop, tuning_functions
 from conformance.scenario import Scenario
 from conformance.strict_feedback import Plant, strict_feedback
 from conformance.taylor import precision
-from conformance.trajectory import Array
 from conformance.truth import Enclosure, InitialValueProblem, enclose
 
 BEYOND = Fraction(101, 100)  # of the horizon: a file's last row may lie half a step behind it
@@ -56,9 +54,9 @@ def problem(scenario: Scenario) -> InitialValueProblem:
 
 
 @functools.cache
-def truth(scenario: Scenario) -> Enclosure:
-    """The proven enclosure of x1, x2, theta_hat, dissipated, z1, z2 and V."""
-    return enclose(problem(scenario))
+def truth(scenario: Scenario, target: float = 1e-18) -> Enclosure:
+    """The proven enclosure of x1, x2, theta_hat, dissipated, z1, z2 and V, with a radius of at most `target`."""
+    return enclose(problem(scenario), target)
 
 
 def truth_table(scenario: Scenario, times: Sequence[Fraction], digits: int) -> Iterator[list[str]]:
@@ -70,7 +68,7 @@ def truth_table(scenario: Scenario, times: Sequence[Fraction], digits: int) -> I
     for t in times:
         if not 0 <= t <= scenario.horizon:
             raise ValueError(f"time {t} is outside of [0, {scenario.horizon}]")
-    enclosed = truth(scenario) if digits <= 18 else enclose(problem(scenario), 10.0**-digits)
+    enclosed = truth(scenario, min(1e-18, 10.0**-digits))
     rows = [enclosed.names.index(name) for name in PRINTED]
     yield ["t", *(text for name in PRINTED for text in (name, f"{name}_radius"))]
     for t in times:
@@ -92,36 +90,36 @@ def _printed(ball: arb, digits: int) -> tuple[str, str]:
         return value, f"{Decimal(radius.numerator) / Decimal(radius.denominator):.2e}"
 
 
-@dataclass(frozen=True)
-class Field:
-    """The closed loop in double precision: functions of t (s), shape (rows,), and of states, shape (rows, 3)."""
-
-    reference: Callable[[Array], Array]  # r
-    first: Callable[[Array, Array], Array]  # state'
-    second: Callable[[Array, Array], Array]  # state'' along solutions
-    errors: Callable[[Array, Array], Array]  # z1, z2
-    error_gain: float  # max |dz| over max |dstate|, to first order, along the exact solution
+# ---- The closed loop in double precision ----
 
 
-@functools.cache
-def field(scenario: Scenario) -> Field:
-    """The derived closed loop as functions of arrays."""
+def source(scenario: Scenario) -> str:
+    """The derived closed loop as Python source: functions of arrays t (s), x1, x2 and theta_hat, each giving a list."""
     loop = derived_loop(scenario)
-    rhs = sp.Matrix([loop.explicit(e) for e in loop.rhs])
+    states = (loop.time, *loop.states)
+    field = sp.Matrix([loop.explicit(e) for e in loop.rhs])
     z = sp.Matrix([loop.explicit(e) for e in loop.z])
-    reference = sp.lambdify(loop.time, loop.explicit(loop.reference), "numpy")
-    t = np.linspace(0, float(scenario.horizon), 2001)
-    states = truth(scenario).evaluate(t, [s.name for s in loop.states]).T
-    gradients = [_columns(loop, z[i, :].jacobian(loop.states))(t, states) for i in range(2)]
-    return Field(
-        reference=lambda t: reference(t) + 0 * t,
-        first=_columns(loop, rhs),
-        second=_columns(loop, rhs.diff(loop.time) + rhs.jacobian(loop.states) * rhs),
-        errors=_columns(loop, z),
-        error_gain=max(float(np.abs(gradient).sum(axis=1).max()) for gradient in gradients),
+    V, dissipation = (sp.Matrix([loop.explicit(e)]) for e in (loop.V, loop.dissipation))
+
+    def along(quantity: sp.Matrix) -> sp.Matrix:
+        """Its derivative along solutions."""
+        return quantity.diff(loop.time) + quantity.jacobian(loop.states) * field
+
+    return "\n".join(
+        _function(name, arguments, list(expressions))
+        for name, arguments, expressions in (
+            ("reference", (loop.time,), [loop.explicit(loop.reference)]),
+            ("control", states, [loop.explicit(loop.u)]),
+            ("first", states, field),
+            ("second", states, along(field)),
+            ("errors", states, z),
+            ("lyapunov", states, V),
+            ("dissipation", states, [*dissipation, *along(dissipation)]),
+            ("gradients", states, sp.Matrix([*field, *z, *V, *dissipation]).jacobian(loop.states)),
+        )
     )
 
 
-def _columns(loop: ClosedLoop, column: sp.Matrix) -> Callable[[Array, Array], Array]:
-    function = sp.lambdify((loop.time, *loop.states), list(column), "numpy", cse=True)
-    return lambda t, states: np.column_stack(np.broadcast_arrays(*function(t, *states.T)))
+def _function(name: str, arguments: tuple[sp.Symbol, ...], expressions: list[sp.Expr]) -> str:
+    function = sp.lambdify(arguments, expressions, "numpy", cse=True)
+    return inspect.getsource(function).replace("_lambdifygenerated", name, 1)

@@ -31,7 +31,8 @@ program = "sh"                        # looked for on the PATH; the first engine
 version = ["echo", "1"]               # a command that prints the engine's version
 command = ["sh", "{{root}}/{name}/Chapter17_Lesson1.sh"]
 install = "how to install it"
-tolerance = 1e-6                      # bound of the error in every column; at most 10 times what is measured
+tolerance = {{x1 = 1e-6, x2 = 1e-6, theta_hat = 1e-6}}  # of each state's error; at most 10 times what is measured
+tolerance_from = "the contract"       # where it comes from: the method's order, a solver's tolerance, the print
 """
 
 PROGRAM = """\

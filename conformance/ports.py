@@ -9,6 +9,7 @@ import json
 import os
 import shutil
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 @dataclass(frozen=True)
 class Engine:
-    """One engine that can run a port; `tolerance` bounds its error in every column."""
+    """One engine that can run a port; `tolerance` bounds its error in x1, x2 and theta_hat, by `tolerance_from`."""
 
     name: str
     proprietary: bool
@@ -26,7 +27,8 @@ class Engine:
     version: tuple[str, ...]
     command: tuple[str, ...]
     install: str
-    tolerance: float
+    tolerance: tuple[float, float, float]
+    tolerance_from: str
     products: tuple[str, ...] = ()
     startup: tuple[str, ...] = ()  # starts the engine and what the program imports, and no more: for make bench
 
@@ -71,6 +73,10 @@ class Port:
         """SHA-256 of the source in the tree."""
         return hashlib.sha256(self.source_path.read_bytes()).hexdigest()
 
+    def csv_hash(self) -> str:
+        """SHA-256 of the CSV, "" where there is none."""
+        return hashlib.sha256(self.csv.read_bytes()).hexdigest() if self.csv.is_file() else ""
+
     def run(self) -> dict[str, Any] | None:
         """The record of the last run (`run.json`), or None where there is none."""
         path = self.build / "run.json"
@@ -82,30 +88,42 @@ class Port:
 
 
 def read_ports(root: Path = ROOT) -> dict[str, Port]:
-    """Every port of every `*/port.toml`, by name."""
-    ports = {}
+    """Every port of every `*/port.toml`, by name; raises ValueError where a fact lacks or is unknown."""
+    ports: dict[str, Port] = {}
     for path in sorted(root.glob("*/port.toml")):
-        for name, facts in tomllib.loads(path.read_text()).items():
-            engines = tuple(_engine(**engine) for engine in facts.pop("engine"))
-            comment = tuple(facts.pop("comment"))
-            products = tuple(facts.pop("products"))
-            ports[name] = Port(name, path.parent, comment=comment, products=products, engines=engines, **facts)
+        try:
+            ports |= {
+                name: _port(name, path.parent, **facts) for name, facts in tomllib.loads(path.read_text()).items()
+            }
+        except KeyError as error:
+            raise ValueError(f"{path}: found no {error}, expected the facts that conformance new-port writes") from None
+        except (TypeError, AttributeError, tomllib.TOMLDecodeError) as error:
+            reason = str(error).removeprefix("Port.__init__() ").removeprefix("Engine.__init__() ")
+            raise ValueError(f"{path}: {reason}; expected the facts that conformance new-port writes") from None
     return ports
 
 
+def _port(name: str, folder: Path, **facts: Any) -> Port:
+    engines = tuple(_engine(**engine) for engine in facts.pop("engine"))
+    comment = tuple(facts.pop("comment"))
+    products = tuple(facts.pop("products"))
+    return Port(name, folder, comment=comment, products=products, engines=engines, **facts)
+
+
 def _engine(**facts: Any) -> Engine:
+    by_state = facts.pop("tolerance")
     plain: dict[str, Any] = {name: tuple(fact) if isinstance(fact, list) else fact for name, fact in facts.items()}
-    return Engine(**plain)
+    return Engine(**plain, tolerance=(by_state["x1"], by_state["x2"], by_state["theta_hat"]))
 
 
-def selected_ports(root: Path = ROOT) -> dict[str, Port]:
-    """The ports that the environment variable PORTS names, all where it is not set.
+def selected_ports(names: Sequence[str] | None = None, root: Path = ROOT) -> dict[str, Port]:
+    """The ports of these names; of the environment variable PORTS where none are given; all where it is not set.
 
     Raises ValueError for a name that is no port's.
     """
     ports = read_ports(root)
-    names = os.environ.get("PORTS", " ".join(ports)).split()
-    unknown = [name for name in names if name not in ports]
-    if unknown or not names:
+    asked = os.environ.get("PORTS", " ".join(ports)).split() if names is None else names
+    unknown = [name for name in asked if name not in ports]
+    if unknown or not asked:
         raise ValueError(f"PORTS: {' '.join(unknown) or 'empty'}; the ports are {' '.join(ports)}")
-    return {name: port for name, port in ports.items() if name in names}
+    return {name: port for name, port in ports.items() if name in asked}

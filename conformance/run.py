@@ -81,6 +81,7 @@ def run(port: Port) -> int:
         "exit_status": status,
         "source": port.source,
         "source_sha256": source_hash,
+        "csv_sha256": port.csv_hash(),
     }
     part = port.build / "run.json.part"
     part.write_text(json.dumps(record, indent=2) + "\n")

@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: MIT
 """A CSV of the lesson's form, validated, as arrays."""
 
+import codecs
+import contextlib
+import io
 import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +20,13 @@ COLUMNS = ("t", "x1", "x2", "theta_hat", "reference", "tracking_error")
 STATES = ("x1", "x2", "theta_hat")
 ALIASES = {"thetaHat": "theta_hat", "referenceSignal": "reference", "trackingError": "tracking_error"}  # the lesson's
 
+BLOCK = 1 << 24  # bytes read at a time
+LONGEST = 1 << 16  # bytes of a line: six numbers take far fewer
 COARSEST = 1e-6  # the contract's tolerance: a file printed more coarsely than this cannot be judged
 
 Array = NDArray[np.float64]
 
-NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*")
+NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
 MISWRITTEN = (  # what a cell that is no number looks like, and what it is
     (r"\s*", "an empty cell"),
     (r"(?i)\s*[-+]?(nan|ind|indeterminate|na)\s*", "not a number: the integration failed"),
@@ -45,10 +53,10 @@ class Trajectory:
     reference: Array
     tracking_error: Array
 
-    @property
+    @cached_property
     def states(self) -> Array:
-        """x1, x2 and theta_hat, shape (rows, 3)."""
-        return np.column_stack([self.x1, self.x2, self.theta_hat])
+        """x1, x2 and theta_hat, shape (3, rows)."""
+        return np.stack([self.x1, self.x2, self.theta_hat])
 
 
 def load(path: Path, horizon: float) -> Trajectory:
@@ -59,9 +67,21 @@ def load(path: Path, horizon: float) -> Trajectory:
     from 0 to the horizon, a tracking error that is not x1 - reference.
     """
     readable(path)
-    _check_content(path)
-    names = _header(path)
-    trajectory = Trajectory(**dict(zip(names, _columns(path), strict=True)))
+    parts: list[list[Array]] = []
+    line = 1
+    for block in _blocks(path):
+        rows = block
+        if line == 1:
+            header, _, rows = block.partition(b"\n")
+            _check_header(path, header)
+            line = 2
+        if rows:
+            parts.append(_columns(path, rows, line))
+            line += parts[-1][0].size
+    if line == 1:
+        raise TrajectoryError(f"{path.name}: found an empty file, expected the header {','.join(COLUMNS)!r}")
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)] or [np.empty(0) for _ in COLUMNS]
+    trajectory = Trajectory(*columns)
     _check_times(path, trajectory.t, horizon)
     _check_tracking_error(path, trajectory)
     return trajectory
@@ -75,34 +95,52 @@ def readable(path: Path) -> None:
         raise TrajectoryError(f"{path.name}: found a folder or a device, expected a file")
 
 
-def _check_content(path: Path) -> None:
-    with open(path, "rb") as file:
-        start = file.read(4096)
-    if not start.strip():
-        raise TrajectoryError(f"{path.name}: found an empty file, expected the header {','.join(COLUMNS)!r}")
-    if b"\0" in start:
-        raise TrajectoryError(f"{path.name}: found a binary file, expected text in UTF-8")
+def _blocks(path: Path) -> Iterator[bytes]:
+    """The file in blocks of whole lines, without a byte-order mark; a bar tells of a long reading, on a terminal."""
+    with open(path, "rb") as file, _progress(path) as bar:
+        mark = codecs.BOM_UTF8
+        while block := file.read(BLOCK) + file.readline(LONGEST):
+            if b"\0" in block:
+                raise TrajectoryError(f"{path.name}: found a binary file or UTF-16, expected text in UTF-8")
+            if len(block) >= BLOCK + LONGEST:
+                raise TrajectoryError(f"{path.name}: found a line of more than {LONGEST} bytes, expected six numbers")
+            if bar is not None:
+                bar.update(len(block))
+            yield block.removeprefix(mark)
+            mark = b""
 
 
-def _lines(path: Path) -> Iterator[str]:
-    """The lines without their ends; a byte-order mark is dropped."""
+def _progress(path: Path) -> Any:
+    """A bar over the bytes of the file on a terminal, from 2 s on; none for a file that is read at once."""
+    size = path.stat().st_size
+    if size <= BLOCK:
+        return contextlib.nullcontext()
+    from tqdm import tqdm
+
+    return tqdm(total=size, desc=path.name, unit="B", unit_scale=True, delay=2, disable=None, leave=False)
+
+
+def _text(path: Path, some: bytes, line: int) -> str:
+    """Bytes that begin at this line, as text."""
     try:
-        with open(path, encoding="utf-8-sig") as file:
-            for line in file:
-                yield line.rstrip("\n")
+        return some.decode()
     except UnicodeDecodeError as error:
-        raise TrajectoryError(
-            f"{path.name}: found the byte {error.object[error.start]:#04x}, expected text in UTF-8"
-        ) from None
+        line += some.count(b"\n", 0, error.start)
+        found = f"the byte {some[error.start]:#04x}"
+        raise TrajectoryError(f"{path.name}, line {line}: found {found}, expected text in UTF-8") from None
 
 
-def _header(path: Path) -> list[str]:
-    found = next(_lines(path))
+def _check_header(path: Path, line: bytes) -> None:
+    found = _text(path, line, 1).removesuffix("\r")
     expected = ",".join(COLUMNS)
     names = [ALIASES.get(name.strip(), name.strip()) for name in found.split(",")]
     if names == list(COLUMNS):
-        return names
-    if ";" in found or "\t" in found:
+        return
+    if not found.strip():
+        why = "the line is empty"
+    elif "\r" in found:
+        why = "the lines end in a carriage return alone"
+    elif ";" in found or "\t" in found:
         why = "the separator is a comma"
     elif sorted(names) == sorted(COLUMNS):
         why = "the columns are in another order"
@@ -117,62 +155,46 @@ def _header(path: Path) -> list[str]:
     raise TrajectoryError(f"{path.name}, line 1: found {found[:80]!r}, expected {expected!r} ({why})")
 
 
-def _columns(path: Path) -> list[Array]:
-    """The numbers, column by column; what the fast reader stumbles over is named by the slow one."""
+def _columns(path: Path, block: bytes, line: int) -> list[Array]:
+    """The numbers of whole rows, which begin at this line; what the fast reader stumbles over, the slow one names."""
     import pandas as pd
 
     try:
-        table = pd.read_csv(
-            path, header=None, skiprows=1, names=COLUMNS, index_col=False, dtype=np.float64, quoting=3,
-            keep_default_na=False, skip_blank_lines=False, encoding="utf-8-sig",
-        )  # fmt: skip
-        columns = [table[name].to_numpy() for name in COLUMNS]
-        commas, ends = _count(path)
-        whole = commas == (len(COLUMNS) - 1) * (len(table) + 1) and ends in (len(table), len(table) + 1)
-    except (ValueError, pd.errors.ParserError, pd.errors.EmptyDataError):
-        whole, columns = False, []
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            table = pd.read_csv(
+                io.BytesIO(block), header=None, names=COLUMNS, index_col=False, dtype=np.float64, quoting=3,
+                keep_default_na=False, skip_blank_lines=False,
+            )  # fmt: skip
+    except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
+        return _read_slowly(path, block, line)
+    columns = [table[name].to_numpy() for name in COLUMNS]
+    ends = block.count(b"\n") + (not block.endswith(b"\n"))
+    whole = ends == len(table) and block.count(b",") == (len(COLUMNS) - 1) * len(table)
     if whole and all(np.isfinite(column).all() for column in columns):
         return columns
-    return _read_slowly(path)
+    return _read_slowly(path, block, line)
 
 
-def _count(path: Path) -> tuple[int, int]:
-    """How many commas and line ends the file has."""
-    commas = ends = 0
-    with open(path, "rb") as file:
-        while block := file.read(1 << 24):
-            commas += block.count(b",")
-            ends += block.count(b"\n")
-    return commas, ends
-
-
-def _read_slowly(path: Path) -> list[Array]:
+def _read_slowly(path: Path, block: bytes, line: int) -> list[Array]:
     rows = []
-    lines = _lines(path)
-    next(lines)
-    for number, line in enumerate(lines, start=2):
-        cells = line.split(",")
+    lines = _text(path, block, line).removesuffix("\n").split("\n")
+    for number, text in enumerate(lines, start=line):
+        cells = text.removesuffix("\r").split(",")
         if len(cells) != len(COLUMNS):
-            why = _why_not_six(line)
-            raise TrajectoryError(
-                f"{path.name}, line {number}: found {len(cells)} columns in {line[:80]!r}, expected {len(COLUMNS)}{why}"
-            )
+            found, why = f"{len(cells)} columns in {text[:80]!r}", _why_not_six(text)
+            raise TrajectoryError(f"{path.name}, line {number}: found {found}, expected {len(COLUMNS)}{why}")
         for name, cell in zip(COLUMNS, cells, strict=True):
             if not NUMBER.fullmatch(cell):
                 what = next((what for pattern, what in MISWRITTEN if re.fullmatch(pattern, cell)), "no number")
-                raise TrajectoryError(
-                    f"{path.name}, line {number}, column {name}: found {cell[:40]!r}, {what}; expected a finite number"
-                )
+            elif not np.isfinite(float(cell)):
+                what = "beyond 1.8e308"
+            else:
+                continue
+            where = f"{path.name}, line {number}, column {name}"
+            raise TrajectoryError(f"{where}: found {cell[:40]!r}, {what}; expected a finite number")
         rows.append([float(cell) for cell in cells])
-    values = np.array(rows, dtype=np.float64).reshape(-1, len(COLUMNS))
-    infinite = np.argwhere(~np.isfinite(values))
-    if infinite.size:
-        row, column = infinite[0]
-        raise TrajectoryError(
-            f"{path.name}, line {row + 2}, column {COLUMNS[column]}: "
-            "found a number beyond 1.8e308, expected a finite number"
-        )
-    return list(values.T)
+    return list(np.array(rows).T)
 
 
 def _why_not_six(line: str) -> str:

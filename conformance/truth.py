@@ -10,8 +10,6 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import os
-import tempfile
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,15 +25,20 @@ import sympy as sp
 from flint import arb, fmpq
 from numpy.typing import ArrayLike, NDArray
 
+from conformance import cache as kept
 from conformance import enclosure
-from conformance.dense import Floats, Table, tabulate
+from conformance.dense import tabulate
 from conformance.enclosure import ProofEnded
+from conformance.piecewise import Floats, Table
+from conformance.ports import ROOT
 from conformance.taylor import compile_program, exact, precision
 
 __all__ = ["Ball", "Enclosure", "InitialValueProblem", "ProofEnded", "enclose"]
 
-CACHE = Path("build/truth")
-SOURCES = tuple(Path(__file__).with_name(f"{name}.py") for name in ("taylor", "enclosure", "dense", "truth"))
+CACHE = ROOT / "build" / "truth"
+SOURCES = tuple(
+    Path(__file__).with_name(f"{name}.py") for name in ("taylor", "enclosure", "dense", "piecewise", "truth")
+)
 
 
 class Ball(NamedTuple):
@@ -223,7 +226,7 @@ def cache_key(problem: InitialValueProblem, target: float) -> str:
 
 
 def save(path: Path, key: str, enclosed: Enclosure) -> None:
-    """Writes an enclosure to a file, at once or not at all: first line key and checksum, then the arrays."""
+    """Keeps an enclosure in a file."""
     meta = {"names": enclosed.names, "bits": enclosed.bits, "polynomials": enclosed.polynomials}
     stream = io.BytesIO()
     np.savez(
@@ -233,20 +236,13 @@ def save(path: Path, key: str, enclosed: Enclosure) -> None:
         radius=enclosed.radius,
         **enclosed.table.arrays(),
     )
-    payload = stream.getvalue()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-        file.write(f"{key} {hashlib.sha256(payload).hexdigest()}\n".encode() + payload)
-    os.replace(file.name, path)
+    kept.write(path, key, stream.getvalue())
 
 
 def load(path: Path, key: str) -> Enclosure | None:
     """The enclosure in this file, or None where there is none, or one that is damaged or of another key."""
-    try:
-        head, _, payload = path.read_bytes().partition(b"\n")
-    except OSError:
-        return None
-    if head.decode("ascii", "replace") != f"{key} {hashlib.sha256(payload).hexdigest()}":
+    payload = kept.read(path, key)
+    if payload is None:
         return None
     with np.load(io.BytesIO(payload), allow_pickle=False) as stored:
         arrays: dict[str, NDArray[np.float64]] = dict(stored)

@@ -6,16 +6,17 @@ import os
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from conformance.checks import CONTRACT, Check, Result, judge, programs_agree
+from conformance.checks import CONTRACT, Check, Result, Tolerance, judge, programs_agree
+from conformance.exact import exact
 from conformance.ports import Port, read_ports
 from conformance.scenario import Scenario
 from conformance.table import engine_and_version, layout
-from conformance.trajectory import Trajectory, TrajectoryError, load, print_error
+from conformance.trajectory import STATES, Trajectory, TrajectoryError, load, print_error
 
 STATUSES = ("pass", "fail", "error", "missing", "stale", "left out")
 REPORT = (  # what a program prints; the number of the first three lines
@@ -28,7 +29,10 @@ REPORT = (  # what a program prints; the number of the first three lines
 
 @dataclass(frozen=True)
 class Verdict:
-    """What was judged (a port or a file), how it fared and why; `engine` is "" for a file."""
+    """What was judged (a port or a file), how it fared and why; `engine` is "" for a file.
+
+    `trajectory` is there where the CSV could be read.
+    """
 
     name: str
     status: str
@@ -36,27 +40,41 @@ class Verdict:
     engine: str = ""
     stand_in: bool = False
     results: tuple[Result, ...] = ()
+    trajectory: Trajectory | None = field(default=None, repr=False, compare=False)
 
     @property
     def conforms(self) -> bool:
         return self.status == "pass"
 
 
+@dataclass(frozen=True)
+class Judgement:
+    """The verdicts on all ports, and how every pair of readable trajectories compares, by their names."""
+
+    verdicts: tuple[Verdict, ...]
+    pairs: dict[tuple[str, str], Result]
+
+    @property
+    def conforms(self) -> bool:
+        return all(verdict.conforms or verdict.status == "left out" for verdict in self.verdicts)
+
+
 # ---- Judging ----
 
 
-def judge_file(path: Path, scenario: Scenario, stdout: Path | None = None, tolerance: float = CONTRACT) -> Verdict:
+def judge_file(path: Path, scenario: Scenario, stdout: Path | None = None, tolerance: Tolerance = CONTRACT) -> Verdict:
     """The verdict on anyone's CSV, and on what its program printed where `stdout` is given."""
     try:
         trajectory = load(path, float(scenario.horizon))
     except TrajectoryError as error:
         return Verdict(path.name, "fail", str(error))
-    judged = judge(trajectory, scenario, tolerance)
+    judged = judge(trajectory, exact(scenario), tolerance)
     problems = [explain(check, result) for check, result in judged if not result.passed]
     if stdout is not None:
         problems += report_problems(stdout.read_text(errors="replace"), trajectory, scenario, path.name)
     results = tuple(result for _, result in judged)
-    return Verdict(path.name, "fail" if problems else "pass", "\n".join(problems), results=results)
+    status = "fail" if problems else "pass"
+    return Verdict(path.name, status, "\n".join(problems), results=results, trajectory=trajectory)
 
 
 def judge_port(port: Port, scenario: Scenario) -> Verdict:
@@ -71,8 +89,11 @@ def judge_port(port: Port, scenario: Scenario) -> Verdict:
         return Verdict(port.name, "stale", f"the source has changed since; type: make {port.name}", engine, stand_in)
     if run["exit_status"] != 0:
         return Verdict(port.name, "error", f"it ended with status {run['exit_status']}", engine, stand_in)
+    if run.get("csv_sha256") != port.csv_hash():
+        reason = f"{port.csv.name} is not the file that the run wrote; type: rm -r build/{port.name}; make {port.name}"
+        return Verdict(port.name, "stale", reason, engine, stand_in)
     judged = judge_file(port.csv, scenario, port.stdout, port.ran_engine(run).tolerance)
-    return Verdict(port.name, judged.status, judged.reason, engine, stand_in, judged.results)
+    return replace(judged, name=port.name, engine=engine, stand_in=stand_in)
 
 
 def explain(check: Check, result: Result) -> str:
@@ -103,16 +124,23 @@ def report_problems(text: str, trajectory: Trajectory, scenario: Scenario, csv_n
     return [f"standard output, {what}: found {got}, expected {want}" for what, same, got, want in wanted if not same]
 
 
-def judge_all(selected: Mapping[str, Port], scenario: Scenario) -> list[Verdict]:
-    """The verdicts on every port there is: left out where not selected, failed where it disagrees with another."""
+def judge_all(selected: Mapping[str, Port], scenario: Scenario) -> Judgement:
+    """The verdicts on every port there is: left out where not selected, failed where it disagrees with another.
+
+    A port that fails by itself is compared with the others too, but does not make them fail.
+    """
     verdicts = {name: judge_port(port, scenario) for name, port in selected.items()}
-    trajectories = {n: load(selected[n].csv, float(scenario.horizon)) for n, v in verdicts.items() if v.conforms}
-    tolerances = {n: selected[n].ran_engine(selected[n].run() or {}).tolerance for n in trajectories}
-    apart = [result for result in programs_agree(trajectories, scenario, tolerances) if not result.passed]
-    for result in apart:
-        for name in result.claim.split("-agrees-with-"):
-            verdicts[name] = replace(verdicts[name], status="fail", reason=f"{verdicts[name].reason}\n{result}".strip())
-    return [verdicts.get(name, Verdict(name, "left out", "PORTS does not name it")) for name in read_ports()]
+    trajectories = {name: v.trajectory for name, v in verdicts.items() if v.trajectory is not None}
+    tolerances = {name: selected[name].ran_engine(selected[name].run() or {}).tolerance for name in trajectories}
+    pairs = programs_agree(trajectories, exact(scenario), tolerances)
+    conforming = {name for name, verdict in verdicts.items() if verdict.conforms}
+    for pair, result in pairs.items():
+        if not result.passed and conforming.issuperset(pair):
+            for name in pair:
+                reason = f"{verdicts[name].reason}\n{result}".strip()
+                verdicts[name] = replace(verdicts[name], status="fail", reason=reason)
+    every = (verdicts.get(name, Verdict(name, "left out", "PORTS does not name it")) for name in read_ports())
+    return Judgement(tuple(every), pairs)
 
 
 def half_unit(number: str) -> float:
@@ -137,34 +165,67 @@ def headline(verdicts: Sequence[Verdict]) -> str:
 
 
 def table_rows(verdicts: Sequence[Verdict]) -> list[tuple[str, ...]]:
-    """One row per verdict, with the largest error against the exact solution."""
-    rows: list[tuple[str, ...]] = [("port", "status", "engine and version", "largest error", "tolerance")]
+    """One row per verdict: each state's largest error against the exact solution, and its share of the tolerance."""
+    head = ("port", "status", "engine and version", *(f"{state}: error, of tolerance" for state in STATES))
+    rows: list[tuple[str, ...]] = [head]
     for verdict in verdicts:
-        exact = [(r.figure, r.bound) for r in verdict.results if r.claim.endswith("-equals-the-exact-solution")]
-        error, tolerance = (f"{value:.1e}" for value in max(exact)) if exact else ("", "")
-        rows.append((verdict.name, verdict.status, verdict.engine, error, tolerance))
+        errors = [result for result in verdict.results if result.claim.endswith("-equals-the-exact-solution")]
+        cells = (f"{result.figure:.1e}  {result.figure / result.bound:.2g}" for result in errors)
+        rows.append((verdict.name, verdict.status, verdict.engine, *(cells if errors else [""] * len(STATES))))
     return rows
 
 
-def summary(verdicts: Sequence[Verdict]) -> str:
-    """The table, the reasons, and the headline last."""
+def pair_rows(pairs: Mapping[tuple[str, str], Result]) -> list[tuple[str, ...]]:
+    """The matrix of all pairs: the largest difference, over its bound where that is exceeded."""
+    names = list(dict.fromkeys(name for pair in pairs for name in pair))
+    rows: list[tuple[str, ...]] = [("largest difference", *names[1:])]
+    for a in names[:-1]:
+        cells = []
+        for b in names[1:]:
+            result = pairs.get((a, b))
+            excess = f" > {result.bound:.1e}" if result and not result.passed else ""
+            cells.append(f"{result.figure:.1e}{excess}" if result else "")
+        rows.append((a, *cells))
+    return rows
+
+
+def summary(judgement: Judgement) -> str:
+    """The table, the matrix of pairs, the reasons, and the headline last."""
+    verdicts = judgement.verdicts
+    tables = [layout(table_rows(verdicts))]
+    tables += ["", layout(pair_rows(judgement.pairs))] if judgement.pairs else []
     reasons = [f"{verdict.name}: {verdict.reason}" for verdict in verdicts if verdict.reason]
-    return "\n".join([layout(table_rows(verdicts)), *reasons, headline(verdicts)])
+    return "\n".join([*tables, "", *reasons, headline(verdicts)])
 
 
-def to_json(verdicts: Sequence[Verdict]) -> str:
+def to_json(verdicts: Sequence[Verdict], pairs: Mapping[tuple[str, str], Result] | None = None) -> str:
     """The verdicts as JSON, in the form of result.schema.json; figures that are not finite are null."""
-    whole = {"headline": headline(verdicts), "verdicts": [_plain(verdict) for verdict in verdicts]}
+    whole = {
+        "headline": headline(verdicts),
+        "verdicts": [
+            {
+                "name": verdict.name,
+                "status": verdict.status,
+                "reason": verdict.reason,
+                "engine": verdict.engine,
+                "stand_in": verdict.stand_in,
+                "results": [_plain(result) for result in verdict.results],
+            }
+            for verdict in verdicts
+        ],
+        "pairs": [_plain(result) for result in (pairs or {}).values()],
+    }
     return json.dumps(whole, indent=2, allow_nan=False) + "\n"
 
 
-def _plain(verdict: Verdict) -> dict[str, Any]:
-    plain = asdict(verdict)
-    for result, kept in zip(plain["results"], verdict.results, strict=True):
-        result["passed"] = kept.passed
-        result["figure"] = kept.figure if abs(kept.figure) < float("inf") else None
-        result["bound"] = float(kept.bound)
-    return plain
+def _plain(result: Result) -> dict[str, Any]:
+    finite = abs(result.figure) < float("inf")
+    return {
+        **asdict(result),
+        "figure": float(result.figure) if finite else None,
+        "bound": float(result.bound),
+        "passed": result.passed,
+    }
 
 
 def write_atomically(path: Path, text: str) -> None:

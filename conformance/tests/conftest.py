@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from conformance.checks import Tolerance
 from conformance.ports import ROOT, Port
 from conformance.scenario import LESSON
 from conformance.tests.programs import PORTS, engine_of, trajectory_of
@@ -26,7 +27,7 @@ def trajectory(port: Port) -> Trajectory:
 
 
 @pytest.fixture
-def tolerance(port: Port) -> float:
+def tolerance(port: Port) -> Tolerance:
     return engine_of(port).tolerance
 
 
@@ -48,7 +49,7 @@ def copy_of_the_tree(tmp_path: Path) -> Callable[..., Path]:
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Show the verdicts before pytest's own last line, and leave them as JSON."""
-    verdicts = judge_all(PORTS, LESSON)
-    write_atomically(ROOT / "build" / "result.json", to_json(verdicts))
+    judgement = judge_all(PORTS, LESSON)
+    write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
     terminalreporter.section("programs")
-    terminalreporter.write_line(summary(verdicts))
+    terminalreporter.write_line(summary(judgement))

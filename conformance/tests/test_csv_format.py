@@ -27,7 +27,7 @@ BAD = {
     "a word": (GOOD.replace("1.5", "one"), "line 2, column x1: found 'one'"),
     "not a number": (GOOD.replace("1.5", "nan"), "column x1: found 'nan', not a number"),
     "infinity": (GOOD.replace("1.5", "-Infinity"), "column x1: found '-Infinity', infinite"),
-    "a number beyond all": (GOOD.replace("1.5", "1e999"), "column x1: found a number beyond 1.8e308"),
+    "a number beyond all": (GOOD.replace("1.5", "1e999"), "column x1: found '1e999', beyond 1.8e308"),
     "the Wolfram Language's exponent": (GOOD.replace("1.5", "1.5*^0"), "write 1.2e-9"),
     "Fortran's exponent": (GOOD.replace("1.5", "1.5d0"), "Fortran's exponent letter d"),
     "a thousands separator": (GOOD.replace("1.5", "1 000.5"), "thousands separators"),

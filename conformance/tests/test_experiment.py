@@ -1,15 +1,21 @@
 # SPDX-License-Identifier: MIT
 """The truth of the lesson's experiment, through the derived closed loop: no formula of the lesson stands here."""
 
+import subprocess
+import sys
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 from flint import arb
 
-from conformance.experiment import field, truth
+from conformance.exact import exact
+from conformance.experiment import truth
+from conformance.ports import ROOT
 from conformance.scenario import LESSON
 from conformance.taylor import precision
+from conformance.trajectory import STATES
 
 POINTS = {  # lesson (10), 15 significant digits of x1, x2, theta_hat
     "0.1": ("1.17342048378473", "-2.96869266344466", "1.87081572148824"),
@@ -52,7 +58,39 @@ def test_lyapunov_function_starts_at_the_lessons_value() -> None:
 
 def test_derivatives_of_the_field_are_those_of_the_solution() -> None:
     h, t = 1e-3, np.linspace(0.1, 19.9, 500)
-    before, at, after = (truth(LESSON).evaluate(t + s, ("x1", "x2", "theta_hat")).T for s in (-h, 0.0, h))
+    lesson = exact(LESSON)
+    before, at, after = (lesson.evaluate(t + s, STATES) for s in (-h, 0.0, h))
     second = (after - 2 * at + before) / h**2
-    assert np.allclose((after - before) / (2 * h), field(LESSON).first(t, at), rtol=1e-3, atol=1e-2)
-    assert np.allclose(second, field(LESSON).second(t, at), rtol=1e-3, atol=1e-1)
+    assert np.allclose((after - before) / (2 * h), lesson.first(t, at), rtol=1e-3, atol=1e-2)
+    assert np.allclose(second, lesson.second(t, at), rtol=1e-3, atol=1e-1)
+
+
+def test_functions_of_the_states_agree_with_the_enclosure() -> None:
+    t, lesson = np.linspace(0, 20, 2001), exact(LESSON)
+    states = lesson.evaluate(t, STATES)
+    assert np.allclose(lesson.errors(t, states), lesson.evaluate(t, ("z1", "z2")), atol=1e-13)
+    assert np.allclose(lesson.lyapunov(t, states), lesson.evaluate(t, ("V",)), atol=1e-13)
+    rate, slope = lesson.dissipation(t, states)
+    h = t[1]
+    assert np.allclose(np.gradient(rate, h)[50:-1], slope[50:-1], atol=1e-2)
+    assert np.allclose(lesson.first(t, states)[1], lesson.control(t, states), atol=1e-13)
+
+
+def test_what_is_kept_is_derived_again_when_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conformance.exact.KEPT", tmp_path)
+    exact.cache_clear()
+    at = exact(LESSON).evaluate(1.0, STATES)
+    (kept,) = tmp_path.iterdir()
+    whole = kept.read_bytes()
+    kept.write_bytes(whole[:-100] + bytes(100))
+    exact.cache_clear()
+    assert (exact(LESSON).evaluate(1.0, STATES) == at).all() and kept.read_bytes() == whole
+
+
+def test_judging_from_the_cache_needs_neither_sympy_nor_ball_arithmetic() -> None:
+    exact(LESSON)
+    program = (
+        "import sys; from conformance.exact import exact; from conformance.scenario import LESSON; exact(LESSON); "
+    )
+    program += "sys.exit(bool({'sympy', 'flint', 'scipy'} & sys.modules.keys()))"
+    assert subprocess.run([sys.executable, "-c", program], cwd=ROOT).returncode == 0

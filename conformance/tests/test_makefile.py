@@ -111,7 +111,8 @@ def test_a_new_language_is_one_new_folder(copy_of_the_tree: CopyOfTheTree) -> No
     (folder / "port.toml").write_text(
         '[shell]\nlanguage = "shell"\nsource = "program.sh"\nmethod = "none"\ncomment = ["# ", ""]\nsection = "{}"\n'
         'products = []\n[[shell.engine]]\nname = "sh"\nproprietary = false\nprogram = "sh"\nversion = ["echo", "1"]\n'
-        'command = ["sh", "{root}/shell/program.sh"]\ninstall = "sh"\ntolerance = 1e-6\n'
+        'command = ["sh", "{root}/shell/program.sh"]\ninstall = "sh"\n'
+        'tolerance = {x1 = 1e-6, x2 = 1e-6, theta_hat = 1e-6}\ntolerance_from = "the contract"\n'
     )
     answer = make(root, "shell")
     assert answer.returncode == 0 and (root / "build/shell/Chapter17_Lesson1_shell.csv").exists(), answer.stderr

@@ -42,7 +42,9 @@ def test_a_new_port_goes_from_skeleton_to_green(copy_of_the_tree: Callable[..., 
     for name in ("port.toml", "port.mk"):
         path = root / "awk" / name
         text = path.read_text().replace('["sh", "{root}', '["awk", "-f", "{root}').replace("Lesson1.sh", "Lesson1.awk")
-        path.write_text(text.replace('program = "sh"', 'program = "awk"').replace("1e-6  ", "2e-8  "))
+        tolerances = "{x1 = 2e-9, x2 = 2e-8, theta_hat = 2e-8}"
+        text = text.replace("{x1 = 1e-6, x2 = 1e-6, theta_hat = 1e-6}", tolerances)
+        path.write_text(text.replace('program = "sh"', 'program = "awk"'))
     made = make(root, "awk")
     assert made.returncode == 0, made.stderr
     verdict = check(root, "awk")

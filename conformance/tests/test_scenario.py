@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conformance.experiment import field, truth
+from conformance.exact import exact
+from conformance.experiment import truth
 from conformance.scenario import SCENARIOS, Scenario, read_scenario, scenario_named, to_toml
 
 OTHER = Scenario(theta=Fraction(-1, 3), phase=Fraction("0.1"), wave="cos", x1_start=Fraction("1e-3"))
@@ -48,7 +49,7 @@ def test_scenario_that_makes_no_sense_is_refused(text: str, complaint: str, tmp_
 
 def test_phase_and_wave_reach_the_reference() -> None:
     t = np.array([0.0, 1.0])
-    assert np.allclose(field(OTHER).reference(t), 0.5 * np.cos(0.7 * t + 0.1), rtol=1e-15)
+    assert np.allclose(exact(OTHER).reference(t), 0.5 * np.cos(0.7 * t + 0.1), rtol=1e-15)
 
 
 def test_without_excitation_the_estimate_stops_where_the_lesson_says() -> None:

@@ -90,7 +90,7 @@ def test_csv_of_another_port_under_this_name_is_told_by_standard_output(copied: 
 
 def test_ports_that_are_not_selected_are_left_out_and_counted() -> None:
     name, port = next(iter(PORTS.items()))
-    verdicts = judge_all({name: port}, LESSON)
+    verdicts = judge_all({name: port}, LESSON).verdicts
     assert headline(verdicts).startswith("1 of 1 conform; 5 left out")
 
 
@@ -101,9 +101,9 @@ def test_headline_counts_what_is_missing_and_what_stood_in() -> None:
 
 
 def test_json_follows_its_schema() -> None:
-    verdicts = judge_all(PORTS, LESSON)
-    jsonschema.validate(json.loads(to_json(verdicts)), SCHEMA)
-    judged = next(verdict for verdict in verdicts if verdict.results)
+    judgement = judge_all(PORTS, LESSON)
+    jsonschema.validate(json.loads(to_json(judgement.verdicts, judgement.pairs)), SCHEMA)
+    judged = next(verdict for verdict in judgement.verdicts if verdict.results)
     unbounded = replace(judged, results=(replace(judged.results[0], figure=float("inf")),))
     jsonschema.validate(json.loads(to_json([unbounded])), SCHEMA)
     with pytest.raises(jsonschema.ValidationError):
@@ -185,7 +185,7 @@ def diff(*words: str | Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_diff_tells_of_what_came_went_and_changed(tmp_path: Path) -> None:
-    small, large = (Result("a-claim", "(10)", figure, 1.0, "") for figure in (0.01, 2.0))
+    small, large = (Result("a-claim", "(10)", figure, 1.0, "", "") for figure in (0.01, 2.0))
     old = result_file(tmp_path / "old.json", Verdict("a", "pass", results=(small,)), Verdict("b", "pass"))
     new = result_file(tmp_path / "new.json", Verdict("a", "fail", results=(large,)), Verdict("c", "missing"))
     answer = diff(old, new)
@@ -198,7 +198,7 @@ def test_diff_tells_of_what_came_went_and_changed(tmp_path: Path) -> None:
 
 
 def test_diff_of_a_result_with_itself_is_nothing(tmp_path: Path) -> None:
-    path = result_file(tmp_path / "result.json", *judge_all(PORTS, LESSON))
+    path = result_file(tmp_path / "result.json", *judge_all(PORTS, LESSON).verdicts)
     answer = diff(path, path)
     assert answer.returncode == 0 and answer.stdout == "nothing changed\n"
 

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+"""Files that are computed once and kept: used only if key and checksum fit, written at once or not at all."""
+
+import contextlib
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+
+def read(path: Path, key: str) -> bytes | None:
+    """What was kept in this file, or None where there is none, or one that is damaged or of another key."""
+    try:
+        head, _, payload = path.read_bytes().partition(b"\n")
+    except OSError:
+        return None
+    return payload if head == _head(key, payload) else None
+
+
+def write(path: Path, key: str, payload: bytes) -> None:
+    """Keep the payload; where that cannot be written, nothing is kept and nothing is lost."""
+    with contextlib.suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+            file.write(_head(key, payload) + b"\n" + payload)
+        os.replace(file.name, path)
+
+
+def _head(key: str, payload: bytes) -> bytes:
+    return f"{key} {hashlib.sha256(payload).hexdigest()}".encode()
