@@ -9,13 +9,15 @@ import numpy as np
 
 from conformance.exact import Exact
 from conformance.measured import Measured, interpolate, interpolation_error
-from conformance.trajectory import COARSEST, STATES, Array, Trajectory, print_error
+from conformance.trajectory import COARSEST, STATES, Array, Trajectory, digits_shown, print_error
 
 SETTLED = 0.75  # share of the horizon after which the transient is over: 15 s of 20 s
 FOUND = 0.01  # share of its first error that the exact estimate must fall below to be said to approach theta
 GRID = 0.005  # s, on which programs are compared with each other
 DOUBLE = float(np.finfo(float).eps)
 SMALLEST = float(np.finfo(float).tiny)
+MANTISSA = (1 << 52) - 1  # the bits of a double that hold its digits
+DIGITS_15 = 0.5e-14  # half a unit of the 15th significant digit, of a number that begins with 1
 
 Tolerance = tuple[float, float, float]  # of x1, x2, theta_hat: how far from the exact solution they may be
 CONTRACT: Tolerance = (1e-6, 1e-6, 1e-6)  # no program may be further, at any row
@@ -58,6 +60,20 @@ def rows_are_close_enough(log: Measured, tolerance: Tolerance) -> Result:
     """Between the rows, the exact solution can be drawn from its values at the rows, to within the contract."""
     figure, where = largest(log.interpolation_error, log.trajectory.t[:-1], "the quintic through the exact rows, after")
     return Result("rows-are-close-enough", "(10)", figure, max(CONTRACT), where, "the contract")
+
+
+def states_are_in_double_precision(log: Measured, tolerance: Tolerance) -> list[Result]:
+    """Each state is kept and printed with the digits of a double: no single precision, no fixed decimals on the way."""
+    results = []
+    for name, values in zip(STATES, log.trajectory.states, strict=True):
+        _, digits = digits_shown(values)
+        printed = 0.5 * 10.0 ** (1 - digits) if digits else 0.0
+        used = int(np.bitwise_or.reduce(np.ascontiguousarray(values).view(np.int64))) & MANTISSA
+        kept = DOUBLE * (used & -used) if used else 0.0  # the last bit that any of the numbers uses
+        figure = max(printed, float(kept)) if np.isfinite(values).all() else np.inf
+        where = f"relative; {digits} digits are shown"
+        results.append(Result(f"{name}-is-in-double-precision", "(10)", figure, DIGITS_15, where, "15 digits"))
+    return results
 
 
 def reference_is_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
@@ -226,6 +242,10 @@ class Check:
 
 CHECKS = (
     Check(rows_are_close_enough, "too few rows, or rows left out: log at least every 0.02 s"),
+    Check(
+        states_are_in_double_precision,
+        "single precision, or too few digits printed: %.17g gives a double back, %.12f does not",
+    ),
     Check(reference_is_the_scenarios, "another reference, or times that are off by a step"),
     Check(
         states_equal_the_exact_solution,

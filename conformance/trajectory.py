@@ -237,16 +237,23 @@ def _check_tracking_error(path: Path, trajectory: Trajectory) -> None:
         )
 
 
-def print_error(values: Array, sample: int = 1000) -> Array:
+def digits_shown(values: Array, sample: int = 200) -> tuple[int, int]:
+    """The last decimal place and the most significant digits that printed numbers show, as powers of ten: (-12, 13).
+
+    The shortest decimals that give the doubles back stand for what was printed; zeros show nothing: (0, 0).
+    """
+    shown = [Decimal(repr(float(v))).normalize().as_tuple() for v in values[:: max(1, values.size // sample)] if v]
+    places = [number.exponent for number in shown if isinstance(number.exponent, int)]  # finite
+    return min(places, default=0), max((len(number.digits) for number in shown), default=0)
+
+
+def print_error(values: Array) -> Array:
     """How far each printed number may be from the one meant, shape (rows,), by the digits that the column shows.
 
     Half a unit of the last decimal place, for fixed formats, plus half a unit of the last significant digit.
     """
-    shown = [Decimal(repr(float(v))).normalize().as_tuple() for v in values[:: max(1, values.size // sample)] if v]
-    shown = [number for number in shown if isinstance(number.exponent, int)]  # finite
-    if not shown:
+    place, digits = digits_shown(values)
+    if not digits:
         return np.zeros_like(values)
-    place = min(int(number.exponent) for number in shown)
-    digits = max(len(number.digits) for number in shown)
     bound: Array = 0.5 * 10.0**place + 0.5 * np.abs(values) * 10.0 ** (1 - digits)
     return bound

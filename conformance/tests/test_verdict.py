@@ -88,6 +88,13 @@ def test_csv_of_another_port_under_this_name_is_told_by_standard_output(copied: 
     assert "file name" in judge_port(copied, LESSON).reason
 
 
+def test_csv_of_another_port_copied_under_this_name_is_not_this_ports(copied: Port) -> None:
+    other = next(port for name, port in read_ports().items() if name != copied.name and port.csv.is_file())
+    shutil.copy(other.csv, copied.csv)
+    verdict = judge_port(copied, LESSON)
+    assert verdict.status == "stale" and "is not the file that the run wrote" in verdict.reason
+
+
 def test_ports_that_are_not_selected_are_left_out_and_counted() -> None:
     name, port = next(iter(PORTS.items()))
     verdicts = judge_all({name: port}, LESSON).verdicts
