@@ -52,6 +52,10 @@ class Port:
     engines: tuple[Engine, ...]
     target: str = ""  # what make builds in the build folder before the program can run
     rows: int = 0  # how many times the contract logs; 0: the solver's own
+    names: str = "snake"  # or camel
+    constant: str = "{name} = {value}"  # how a constant is stated in the section Parameters
+    functions: tuple[tuple[str, str], ...] = (("sin", "sin({})"), ("cos", "cos({})"))
+    drawing: tuple[str, ...] = ()  # the lines that draw the figure, which a variant leaves out
 
     @property
     def source_path(self) -> Path:
@@ -105,15 +109,18 @@ def read_ports(root: Path = ROOT) -> dict[str, Port]:
 
 def _port(name: str, folder: Path, **facts: Any) -> Port:
     engines = tuple(_engine(**engine) for engine in facts.pop("engine"))
-    comment = tuple(facts.pop("comment"))
-    products = tuple(facts.pop("products"))
-    return Port(name, folder, comment=comment, products=products, engines=engines, **facts)
+    return Port(name, folder, engines=engines, **_frozen(facts))
 
 
 def _engine(**facts: Any) -> Engine:
     by_state = facts.pop("tolerance")
-    plain: dict[str, Any] = {name: tuple(fact) if isinstance(fact, list) else fact for name, fact in facts.items()}
-    return Engine(**plain, tolerance=(by_state["x1"], by_state["x2"], by_state["theta_hat"]))
+    return Engine(**_frozen(facts), tolerance=(by_state["x1"], by_state["x2"], by_state["theta_hat"]))
+
+
+def _frozen(facts: dict[str, Any]) -> dict[str, Any]:
+    """Lists as tuples, tables as tuples of pairs."""
+    pairs = {name: tuple(fact.items()) if isinstance(fact, dict) else fact for name, fact in facts.items()}
+    return {name: tuple(fact) if isinstance(fact, list) else fact for name, fact in pairs.items()}
 
 
 def selected_ports(names: Sequence[str] | None = None, root: Path = ROOT) -> dict[str, Port]:
