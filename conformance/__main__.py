@@ -66,6 +66,15 @@ def parser() -> Parser:
     validate.add_argument("--scenario", default="lesson", help="the experiment (default: lesson)")
     validate.add_argument("--stdout", type=Path, metavar="FILE", help="what the program printed, judged too")
     validate.add_argument("--json", type=Path, metavar="FILE", help="write the verdict there as JSON")
+    variants = commands.add_parser(
+        "variants",
+        help="run edited programs: experiments that must conform, mistakes that must be refused",
+        description="Run and judge the variants of conformance/variants/ in the ports of PORTS, or all. The exit "
+        "status is 1 where an experiment does not conform, or a mistake is not refused by its check.",
+    )
+    variants.add_argument("names", nargs="*", metavar="NAME", help="these alone (default: all)")
+    variants.add_argument("--list", action="store_true", help="only list them")
+    commands.add_parser("exercises", help="write docs/exercises.md: each variant as a diff in every language")
     diff = commands.add_parser("diff", help="what changed between two results; the exit status is 1 where anything did")
     diff.add_argument("old", type=Path, metavar="OLD.json")
     diff.add_argument("new", type=Path, metavar="NEW.json")
@@ -154,6 +163,44 @@ def diff(arguments: argparse.Namespace) -> int:
     return 1 if lines else 0
 
 
+def variants(arguments: argparse.Namespace) -> int:
+    """Edited programs, run and judged."""
+    from conformance import kill_matrix
+    from conformance.ports import ROOT, selected_ports
+    from conformance.variant import read_variants, runnable
+    from conformance.verdict import write_atomically
+
+    known = read_variants()
+    unknown = [name for name in arguments.names if name not in known]
+    if unknown:
+        raise ValueError(f"found {' '.join(unknown)}, expected of {' '.join(known)}")
+    asked = [variant for name, variant in known.items() if name in (arguments.names or known)]
+    if arguments.list:
+        print("\n".join(f"{variant.name}: {variant.title}" for variant in asked))
+        return 0
+    ports = runnable(selected_ports().values())
+    kill_matrix.prepare(asked, ports)
+    found = kill_matrix.outcomes(asked, ports)
+    write_atomically(ROOT / "build" / "kill-matrix.json", kill_matrix.to_json(found))
+    print(kill_matrix.table(found))
+    return 0 if found and all(outcome.as_wanted for outcome in found) else 1
+
+
+def exercises(arguments: argparse.Namespace) -> int:
+    """The page of exercises, written."""
+    from conformance import kill_matrix
+    from conformance.exercises import PAGE, page
+    from conformance.ports import read_ports
+    from conformance.variant import read_variants
+    from conformance.verdict import write_atomically
+
+    known, ports = read_variants().values(), list(read_ports().values())
+    kill_matrix.prepare(known, ports)
+    write_atomically(PAGE, page(known, ports, kill_matrix.outcomes(known, ports)))
+    print(PAGE)
+    return 0
+
+
 def new_port(arguments: argparse.Namespace) -> int:
     """The skeleton of a port."""
     from conformance.new_port import write_skeleton
@@ -180,6 +227,8 @@ COMMANDS = {
     "check": check,
     "tolerances": write_tolerances,
     "validate": validate,
+    "variants": variants,
+    "exercises": exercises,
     "diff": diff,
     "new-port": new_port,
     "truth": print_truth,

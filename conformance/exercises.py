@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""The page of exercises: each variant as a diff in every language, and which check refuses which mistake."""
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
+from difflib import unified_diff
+
+from conformance.kill_matrix import Outcome
+from conformance.ports import ROOT, Port
+from conformance.scenario import LESSON
+from conformance.variant import Variant, original, source
+
+PAGE = ROOT / "docs" / "exercises.md"
+HEAD = """\
+# Exercises
+
+Written by `python -m conformance exercises` from `conformance/variants/`. Each is an edit of the programs, run and
+judged by `make check`: an experiment conforms, a mistake is refused by the check it names. `python -m conformance variants NAME`
+leaves the edited tree in `build/variants/NAME/`; there the horizon is shorter, and the figure is left out.
+"""
+MATRIX = "## Which check refuses which mistake"
+
+
+def page(variants: Collection[Variant], ports: Sequence[Port], found: Iterable[Outcome]) -> str:
+    """The whole page, in Markdown."""
+    experiments = [variant for variant in variants if not variant.refused_by]
+    mistakes = [variant for variant in variants if variant.refused_by]
+    parts = [HEAD, "## Experiments\n", *(exercise(variant, ports) for variant in experiments)]
+    parts += ["## Mistakes\n", *(exercise(variant, ports) for variant in mistakes)]
+    return "\n".join([*parts, MATRIX + "\n", matrix(mistakes, ports, list(found))])
+
+
+def exercise(variant: Variant, ports: Iterable[Port]) -> str:
+    """One variant: what it shows, what refuses it, and its diff in every language."""
+    refused = f" Refused by `{variant.refused_by}`." if variant.refused_by else ""
+    lines = [f"### {variant.title} {variant.section}\n", variant.shows + refused + "\n"]
+    for port in ports:
+        if variant.has(port):
+            lines.append(
+                f"<details><summary>{port.language}</summary>\n\n```diff\n{diff(variant, port)}```\n</details>"
+            )
+    for reason in dict.fromkeys(reason for _, reason in variant.without):
+        names = ", ".join(port.language for port in ports if dict(variant.without).get(port.name) == reason)
+        lines.append(f"\nNot in {names}: {reason}.")
+    return "\n".join([*lines, ""])
+
+
+def diff(variant: Variant, port: Port) -> str:
+    """The unified diff of the program, over the lesson's horizon."""
+    whole = replace(variant, scenario=replace(variant.scenario, horizon=LESSON.horizon))
+    old, new = original(port).splitlines(keepends=True), source(whole, port).splitlines(keepends=True)
+    return "".join([line for line in unified_diff(old, new, n=1) if not line.startswith(("---", "+++"))])
+
+
+def matrix(mistakes: Iterable[Variant], ports: Sequence[Port], found: Sequence[Outcome]) -> str:
+    """The kill matrix: per mistake and port how many checks refuse it; then which, the one it names first."""
+    rows = [["mistake", *(port.name for port in ports), "refused by"], ["---"] * (len(ports) + 2)]
+    for variant in mistakes:
+        here = {o.port: o.refusals for o in found if o.variant == variant.name}
+        everywhere = dict.fromkeys(claim for refusals in here.values() for claim in refusals)
+        others = [_counted(claim, here) for claim in everywhere if claim != variant.refused_by]
+        checks = ", ".join([f"**{_counted(variant.refused_by, here)}**", *others])
+        rows.append([variant.name, *(str(len(here[p.name])) if p.name in here else "-" for p in ports), checks])
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def _counted(claim: str, refusals: dict[str, tuple[str, ...]]) -> str:
+    """A check, with the ports in which it refuses where these are not all."""
+    some = [port for port, claims in refusals.items() if claim in claims]
+    return claim if len(some) == len(refusals) else f"{claim} ({' '.join(some)})"
