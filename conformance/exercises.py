@@ -14,9 +14,9 @@ PAGE = ROOT / "docs" / "exercises.md"
 HEAD = """\
 # Exercises
 
-Written by `python -m conformance exercises` from `conformance/variants/`. Each is an edit of the programs, run and
-judged by `make check`: an experiment conforms, a mistake is refused by the check it names. `python -m conformance variants NAME`
-leaves the edited tree in `build/variants/NAME/`; there the horizon is shorter, and the figure is left out.
+Each is an edit of the programs, run and judged by `make check`: an experiment conforms, a mistake is refused by the
+check it names. `python -m conformance variants NAME` leaves the edited tree in `build/variants/NAME/`, over a shorter
+horizon and without the figure. `python -m conformance exercises` writes this page, from `conformance/variants/`.
 """
 MATRIX = "## Which check refuses which mistake"
 

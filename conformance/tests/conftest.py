@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What the tests share; a test that asks for `port` runs once per program under test."""
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from conformance.ports import ROOT, Port
 from conformance.scenario import LESSON
 from conformance.tests.programs import PORTS, engine_of, trajectory_of
 from conformance.trajectory import Trajectory
+from conformance.variant import copy_tree
 from conformance.verdict import judge_all, summary, to_json, write_atomically
 
 
@@ -37,9 +37,7 @@ def copy_of_the_tree(tmp_path: Path) -> Callable[..., Path]:
 
     def copy(*edits: Callable[[Path], None]) -> Path:
         root = tmp_path / "a copy"
-        ignored = shutil.ignore_patterns("build", ".venv", ".git", "__pycache__")
-        shutil.copytree(ROOT, root, ignore=ignored)
-        (root / ".venv").symlink_to(ROOT / ".venv")
+        copy_tree(root)
         for edit in edits:
             edit(root)
         return root

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """A program that cannot finish says so in one line, ends with a non-zero status, and leaves no CSV that looks whole."""
 
-import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from conformance.edits import constant_edit, edited
 from conformance.ports import Port, read_ports
 from conformance.run import choose_engine, in_place
 from conformance.scenario import LESSON
@@ -18,14 +18,10 @@ from conformance.verdict import report_problems
 ENGINE_REMARK = "error: ignoring const execution_exception& while preparing to exit\n"  # GNU Octave 7.3, at every end
 
 
-def set_constant(port: Port, snake_name: str, value: str) -> None:
+def set_constant(port: Port, name: str, value: str) -> None:
     """Change a constant in the Parameters section of a copied program."""
-    head, *tail = snake_name.split("_")
-    name = f"(?:{snake_name}|{head + ''.join(map(str.capitalize, tail))})"
     text = port.source_path.read_text()
-    text, count = re.subn(rf"(\b{name} = )[-+.e\d]+", rf"\g<1>{value}", text, count=1)
-    assert count == 1, f"{port.name} has no constant {snake_name}"
-    port.source_path.write_text(text)
+    port.source_path.write_text(edited(text, [constant_edit(port, text, name, value)]))
 
 
 def start(port: Port) -> subprocess.CompletedProcess[str]:

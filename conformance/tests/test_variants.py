@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: MIT
+"""Edited into another experiment, every program conforms to it; into a mistake, it is refused by the check named."""
+
+import functools
+from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conformance import kill_matrix
+from conformance.checks import CHECKS
+from conformance.edits import Edit
+from conformance.exercises import MATRIX, PAGE, page
+from conformance.experiment import truth
+from conformance.kill_matrix import END, OUTPUT, Outcome, prepare, refusals
+from conformance.ports import ROOT, Port, read_ports
+from conformance.scenario import LESSON, Scenario
+from conformance.tests.programs import PORTS, record, trajectory_of
+from conformance.trajectory import STATES, Trajectory, load
+from conformance.variant import Variant, job, read_variant, read_variants, run_all, runnable, source
+from conformance.verdict import Verdict, write_atomically
+
+VARIANTS = read_variants()
+outcome = functools.cache(kill_matrix.outcome)
+PAIRS = [(variant, port) for variant in VARIANTS.values() for port in PORTS.values() if variant.has(port)]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def variants_have_run() -> None:
+    """All that is not up to date is run, in parallel."""
+    prepare(VARIANTS.values(), runnable(PORTS.values()))
+
+
+def cases(mistakes: bool) -> pytest.MarkDecorator:
+    some = [(variant, port) for variant, port in PAIRS if bool(variant.refused_by) == mistakes]
+    return pytest.mark.parametrize(("variant", "port_"), some, ids=[f"{v.name}-{p.name}" for v, p in some])
+
+
+@cases(mistakes=False)
+def test_experiment_conforms(variant: Variant, port_: Port) -> None:
+    record(port_)
+    found = outcome(variant, port_)
+    assert found.verdict.conforms, found.verdict.reason
+
+
+@cases(mistakes=True)
+def test_mistake_is_refused_by_its_check(variant: Variant, port_: Port) -> None:
+    record(port_)
+    found = outcome(variant, port_)
+    assert variant.refused_by in found.refusals, f"{found.verdict.status}: {found.verdict.reason}"
+
+
+def test_every_program_has_every_experiment_and_mistake_or_a_reason() -> None:
+    for variant in VARIANTS.values():
+        for port in read_ports().values():
+            assert not variant.has(port) or source(variant, port) != port.source_path.read_text()
+
+
+def test_every_common_error_of_the_lesson_is_among_the_mistakes() -> None:
+    assert sum(variant.section == "(16)" and bool(variant.refused_by) for variant in VARIANTS.values()) >= 4
+
+
+# ---- What single variants are for ----
+
+
+def variant_run(name: str, port: Port) -> Trajectory:
+    record(port)
+    variant = VARIANTS[name]
+    return load(read_ports(variant.tree)[port.name].csv, float(variant.scenario.horizon))
+
+
+def largest_error(trajectory: Trajectory, scenario: Scenario = LESSON) -> float:
+    """Against the exact solution, over the 4 s of the variants."""
+    early = trajectory.t <= 4.001
+    exact = truth(scenario).evaluate(trajectory.t[early], STATES)
+    return float(np.abs(trajectory.states[early].T - exact).max())
+
+
+def test_without_excitation_the_estimate_stops_away_from_theta(port: Port) -> None:
+    last = variant_run("problem-4", port).states[-1]
+    assert abs(last[2] - 2.77724) < 5e-6 and np.abs(last[:2]).max() < 1e-4
+
+
+with_a_step = pytest.mark.parametrize("name", [n for n in PORTS if VARIANTS["half-step"].has(PORTS[n])])
+with_a_tolerance = pytest.mark.parametrize("name", [n for n in PORTS if VARIANTS["tight-tolerance"].has(PORTS[n])])
+
+
+def orders(errors: list[float]) -> list[float]:
+    """The observed order of convergence between steps that are halved."""
+    return [float(np.log2(a / b)) for a, b in pairwise(errors)]
+
+
+@with_a_step
+def test_error_is_of_order_4_in_the_step(name: str) -> None:
+    runs = [trajectory_of(PORTS[name]), *(variant_run(each, PORTS[name]) for each in ("half-step", "quarter-step"))]
+    assert orders([largest_error(run) for run in runs]) == pytest.approx([4, 4], abs=0.2)
+
+
+def test_orders_tell_euler_from_runge_kutta() -> None:
+    assert orders([4e-3, 2e-3, 1e-3]) == [1, 1]
+
+
+@with_a_tolerance
+def test_a_tighter_tolerance_gives_a_smaller_error(name: str) -> None:
+    assert largest_error(variant_run("tight-tolerance", PORTS[name])) < largest_error(trajectory_of(PORTS[name])) / 5
+
+
+# ---- The machinery ----
+
+MISTAKE = VARIANTS["sign-in-tau2"]
+FIRST = next(iter(runnable(PORTS.values())))
+
+
+def test_a_mistake_that_no_check_refuses_is_told() -> None:
+    survivor = Outcome("m", "cpp", "x1-equals-the-exact-solution", Verdict("cpp", "pass"))
+    missed = Outcome("m", "java", "x1-equals-the-exact-solution", Verdict("java", "missing"))
+    failed = Outcome("e", "cpp", "", Verdict("cpp", "fail", "off"))
+    assert not (survivor.as_wanted or missed.as_wanted or failed.as_wanted)
+    text = kill_matrix.table([survivor, missed, failed])
+    assert "SURVIVES" in text and "0 of 2 mistakes refused; 0 of 1 experiments conform" in text
+
+
+def test_refusals_that_are_no_figure_have_names() -> None:
+    assert refusals(Verdict("cpp", "error")) == (END,)
+    assert refusals(Verdict("cpp", "fail", "standard output, file name: found a")) == (kill_matrix.CSV, OUTPUT)
+    assert refusals(Verdict("cpp", "missing")) == ()
+
+
+def test_an_edit_whose_text_is_gone_is_told_with_its_variant_and_port() -> None:
+    rotten = replace(MISTAKE, edits=(("every", Edit("x3_dot = u", "x3_dot = 0")),))
+    with pytest.raises(ValueError, match=rf"^sign-in-tau2, {FIRST.name}: found '.*' 0 times, expected once$"):
+        source(rotten, FIRST)
+
+
+def test_a_mistake_must_be_edited_or_explained_in_every_port() -> None:
+    with pytest.raises(ValueError, match="neither an edit nor a reason"):
+        source(replace(MISTAKE, edits=()), FIRST)
+
+
+def test_only_what_changed_is_run_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = job(MISTAKE.tree, FIRST, source(MISTAKE, FIRST))
+    before = (kept.folder / "run.json").read_text()
+    run_all([kept])
+    assert (kept.folder / "run.json").read_text() == before
+    changed = replace(MISTAKE, scenario=replace(MISTAKE.scenario, horizon=Fraction("2.5")))
+    assert kept.fresh and not job(MISTAKE.tree, FIRST, source(changed, FIRST)).fresh
+    monkeypatch.setattr("conformance.variant._runs_on", lambda port: "another engine")
+    assert not job(MISTAKE.tree, FIRST, source(MISTAKE, FIRST)).fresh
+
+
+BAD = {
+    "no TOML": ("title =", "Invalid value"),
+    "no title": ("section = '(7)'\nshows = 'x'", "missing title"),
+    "an unknown key": ("title = 't'\nsection = 's'\nshows = 'x'\nrefused = 'y'", "unknown refused"),
+    "an unknown port": ("title = 't'\nsection = 's'\nshows = 'x'\nedits.fortran = []", "found the port fortran"),
+    "an unknown constant": ("title = 't'\nsection = 's'\nshows = 'x'\nscenario.k3 = 1", "found 'k3'"),
+    "half an edit": ("title = 't'\nsection = 's'\nshows = 'x'\nedits.cpp = [{old = 'a'}]", "expected old and new"),
+    "edits and none": (
+        "title = 't'\nsection = 's'\nshows = 'x'\nwithout.cpp = 'none'\nedits.cpp = [{old = 'a', new = 'b'}]",
+        "found edits for a port without: cpp",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_variant_that_makes_no_sense_is_refused_in_one_line(case: str, tmp_path: Path) -> None:
+    text, reason = BAD[case]
+    path = tmp_path / "bad.toml"
+    path.write_text(text + "\n")
+    with pytest.raises(ValueError, match=rf"^bad\.toml: .*{reason}"):
+        read_variant(path)
+
+
+def test_every_named_check_is_one() -> None:
+    named = {variant.refused_by for variant in VARIANTS.values()} - {"", OUTPUT}
+    port = next(iter(PORTS.values()))
+    claims = {r.claim for check in CHECKS for r in check(trajectory_of(port), LESSON, 1e-6)}
+    assert named <= claims
+
+
+def test_the_page_of_exercises_is_current() -> None:
+    every = list(read_ports().values())
+    found = [outcome(variant, port) for variant, port in PAIRS if port.run() is not None]
+    write_atomically(ROOT / "build" / "kill-matrix.json", kill_matrix.to_json(found))
+    wanted, written = page(VARIANTS.values(), every, found), PAGE.read_text(encoding="utf-8")
+    if len(PORTS) < len(every):  # the matrix needs them all
+        wanted, written = (text.partition(MATRIX)[0] for text in (wanted, written))
+    assert written == wanted, "type: .venv/bin/python -m conformance exercises"
