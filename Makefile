@@ -22,7 +22,7 @@ export PORTS
 
 # ---- What to type ----
 
-.PHONY: help all check bench clean distclean
+.PHONY: help all check mutants bench clean distclean
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## /  make \1: /p' $(MAKEFILE_LIST) | sort
 	@echo '  make PORT: one of $(KNOWN_PORTS)'
@@ -35,6 +35,9 @@ all:  ## set up, build and run every program, and end with a table
 check:  ## bring all up to date, then judge every result
 	@$(MAKE) --keep-going all || echo 'check: not every program ran; the verdict counts them' >&2
 	$(PYTHON) -m pytest --junitxml=build/junit.xml conformance
+
+mutants: all  ## change each operator and number of every program in turn: do the checks notice? (minutes)
+	$(PYTHON) -m conformance mutants
 
 bench: environment .venv/bench  ## measure how long things take
 	$(PYTHON) -m conformance.bench

@@ -75,6 +75,13 @@ def parser() -> Parser:
     variants.add_argument("names", nargs="*", metavar="NAME", help="these alone (default: all)")
     variants.add_argument("--list", action="store_true", help="only list them")
     commands.add_parser("exercises", help="write docs/exercises.md: each variant as a diff in every language")
+    mutants = commands.add_parser(
+        "mutants",
+        help="change each operator and number of the programs in turn: does a check notice?",
+        description="Make, run and judge every mutant of the programs (the ports of PORTS, or all): some minutes, kept "
+        "and resumed when interrupted. The exit status is 1 where one survives without a stated reason.",
+    )
+    mutants.add_argument("--list", action="store_true", help="only list them")
     diff = commands.add_parser("diff", help="what changed between two results; the exit status is 1 where anything did")
     diff.add_argument("old", type=Path, metavar="OLD.json")
     diff.add_argument("new", type=Path, metavar="NEW.json")
@@ -201,6 +208,21 @@ def exercises(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def mutants(arguments: argparse.Namespace) -> int:
+    """Mutants, run and judged."""
+    from conformance import mutants
+    from conformance.ports import selected_ports
+    from conformance.variant import runnable
+
+    made = [mutant for port in runnable(selected_ports().values()) for mutant in mutants.mutants(port)]
+    if arguments.list:
+        print("\n".join(mutant.name for mutant in made))
+        return 0
+    found = mutants.fates(made)
+    print(mutants.summary(found))
+    return 0 if found and not mutants.unexplained(found) else 1
+
+
 def new_port(arguments: argparse.Namespace) -> int:
     """The skeleton of a port."""
     from conformance.new_port import write_skeleton
@@ -229,6 +251,7 @@ COMMANDS = {
     "validate": validate,
     "variants": variants,
     "exercises": exercises,
+    "mutants": mutants,
     "diff": diff,
     "new-port": new_port,
     "truth": print_truth,

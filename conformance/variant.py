@@ -13,7 +13,7 @@ import shutil
 import signal
 import subprocess
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -135,6 +135,22 @@ def copy_tree(destination: Path) -> None:
     """Copy the tree, without what was made, to a folder that shares .venv."""
     ignored = shutil.ignore_patterns("build", ".venv", ".git", "__pycache__")
     shutil.copytree(ROOT, destination, ignore=ignored, dirs_exist_ok=True)
+    _share_environment(destination)
+
+
+def copy_what_runs(destination: Path) -> None:
+    """Copy what the programs need, and no more; much smaller than the tree."""
+    paths = [*(ROOT / name for name in RUNS_ON), ROOT / "conformance" / "__init__.py", *ROOT.glob("*.txt")]
+    paths += [path for folder in {port.folder for port in read_ports().values()} for path in folder.rglob("*")]
+    for path in paths:
+        if path.is_file() and "__pycache__" not in path.parts:
+            copied = destination / path.relative_to(ROOT)
+            copied.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(path, copied)
+    _share_environment(destination)
+
+
+def _share_environment(destination: Path) -> None:
     if not (destination / ".venv").exists():
         (destination / ".venv").symlink_to(ROOT / ".venv")
 
@@ -160,6 +176,11 @@ class Job:
         """Whether its result is kept."""
         path = self.folder / "key"
         return path.is_file() and path.read_text() == self.key
+
+    @property
+    def timed_out(self) -> bool:
+        """Whether the program had to be ended."""
+        return (self.folder / "timeout").exists()
 
 
 def runnable(ports: Iterable[Port]) -> list[Port]:
@@ -189,12 +210,12 @@ def _common() -> Iterator[Path]:
     return (ROOT / name for name in RUNS_ON)
 
 
-def run_all(jobs: Iterable[Job], workers: int = os.cpu_count() or 1) -> None:
+def run_all(jobs: Iterable[Job], copy: Callable[[Path], None] = copy_tree, workers: int = os.cpu_count() or 1) -> None:
     """Run what is not fresh, the slowest first; what has run stays when the rest is interrupted."""
     with _alone():
         waiting = sorted((one for one in jobs if not one.fresh), key=_seconds, reverse=True)
         for tree, texts in _by_tree(waiting).items():
-            copy_tree(tree)
+            copy(tree)
             for path, text in texts.items():
                 path.write_text(text, encoding="utf-8")
         running: set[subprocess.Popen[bytes]] = set()
@@ -246,11 +267,10 @@ def _run(one: Job, running: set[subprocess.Popen[bytes]]) -> None:
             process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
             _stop(process)
-            log.write(f"{one.port.name}: did not end within {PATIENCE} s\n".encode())
-            process.returncode = 1
+            (one.folder / "timeout").touch()
         finally:
             running.discard(process)
-    if process.returncode >= 0:  # and not ended by us
+    if process.returncode >= 0 or one.timed_out:  # and not ended by an interrupt
         (one.folder / "key").write_text(one.key)
 
 
