@@ -3,11 +3,16 @@
 
 import argparse
 import csv
+import os
+import re
 import sys
 from fractions import Fraction
 from pathlib import Path
 from typing import NoReturn
 
+GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
+RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform$"
+SCENARIO = "the experiment: lesson, problem-6, no-excitation, or a TOML file with a table [scenario] (default: lesson)"
 EXACT = "a finite decimal, such as 0.1, or a fraction, such as 1/3"
 
 
@@ -39,6 +44,14 @@ def digit_count(text: str) -> int:
     return int(text)
 
 
+def show(text: str) -> None:
+    """Print; on a terminal, what holds in green and what fails in red, unless NO_COLOR is set."""
+    if sys.stdout.isatty() and not os.environ.get("NO_COLOR"):
+        for pattern, colour in ((RED, 31), (GREEN, 32)):
+            text = re.sub(pattern, rf"\033[{colour}m\g<0>\033[0m", text, flags=re.MULTILINE)
+    print(text)
+
+
 class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line."""
 
@@ -63,7 +76,7 @@ def parser() -> Parser:
     validate.add_argument(
         "csv", type=Path, metavar="FILE.csv", help="columns t,x1,x2,theta_hat,reference,tracking_error"
     )
-    validate.add_argument("--scenario", default="lesson", help="the experiment (default: lesson)")
+    validate.add_argument("--scenario", default="lesson", help=SCENARIO)
     validate.add_argument("--stdout", type=Path, metavar="FILE", help="what the program printed, judged too")
     validate.add_argument("--json", type=Path, metavar="FILE", help="write the verdict there as JSON")
     variants = commands.add_parser(
@@ -93,7 +106,7 @@ def parser() -> Parser:
         description="Print the proven enclosure of the exact solution as CSV: t, then for x1, x2, theta_hat, z1, z2 "
         "and V a value and its radius, which covers the rounding of the print too.",
     )
-    truth.add_argument("--scenario", default="lesson", help="the experiment (default: lesson)")
+    truth.add_argument("--scenario", default="lesson", help=SCENARIO)
     when = truth.add_mutually_exclusive_group()
     when.add_argument("--times", type=exact_times, metavar="T,T,...", help=f"times in s, each {EXACT}")
     when.add_argument("--step", type=positive, default=Fraction(1, 10), help="every so many s (default: 0.1)")
@@ -128,7 +141,7 @@ def check(arguments: argparse.Namespace) -> int:
 
     judgement = judge_all(selected_ports(arguments.ports), LESSON)
     write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
-    print(summary(judgement))
+    show(summary(judgement))
     return 0 if judgement.conforms else 1
 
 
@@ -152,8 +165,8 @@ def validate(arguments: argparse.Namespace) -> int:
         readable(path)
     verdict = judge_file(arguments.csv, scenario_named(arguments.scenario), arguments.stdout)
     for result in verdict.results:
-        print(result)
-    print(f"{verdict.name} {'conforms' if verdict.conforms else 'does not conform'}")
+        show(str(result))
+    show(f"{verdict.name} {'conforms' if verdict.conforms else 'does not conform'}")
     if verdict.reason:
         print(verdict.reason)
     if arguments.json:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """How long things take, printed as ratios of one run on one machine: make bench."""
 
+import random
+import resource
 import subprocess
 import sys
 import tempfile
@@ -14,12 +16,16 @@ import mpmath
 import numpy as np
 import sympy as sp
 
+from conformance.edits import constant_edit, edited
+from conformance.exact import exact
 from conformance.experiment import problem
 from conformance.ports import ROOT, Port, read_ports
 from conformance.run import choose_engine, in_place
 from conformance.scenario import LESSON
 from conformance.table import layout
+from conformance.trajectory import load
 from conformance.truth import Enclosure, InitialValueProblem, enclose
+from conformance.verdict import judge_file
 
 T = TypeVar("T")
 START = (LESSON.x1_start, LESSON.x2_start, LESSON.theta_hat_start)
@@ -138,6 +144,92 @@ def mpmath_figures(lesson: InitialValueProblem, enclosed: Enclosure, limit: floa
     return f"{ran:.2f} s to t = {reached}, error {float(error):.1e}"
 
 
+# ---- Judging a CSV ----
+
+READING = "import pandas, conformance.verdict, conformance.__main__"  # what validate imports
+LARGE = "0.000002"  # s, the step of RK4 that logs 10 million rows
+
+
+def bench_validate() -> None:
+    """validate on the rows of the C++ program, against pyfunnel on the same columns; and on 10 million rows."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        csv = logged_by_cpp(folder / "10001", "0.002")
+        command = [sys.executable, "-m", "conformance", "validate", str(csv)]
+        whole = min(seconds(command, ROOT) for _ in range(5))
+        imports = min(seconds([sys.executable, "-c", READING], ROOT) for _ in range(5))
+        work = min(timed(lambda: judge_file(csv, LESSON))[1] for _ in range(10))
+        rows = load(csv, 20.0).t.size
+        funnel = pyfunnel_seconds(csv, folder)
+        print(
+            f"validate, {rows} rows: {work:.3f} s of work (aim: 0.05 s), process {whole:.2f} s (aim: 0.8 s),", end=" "
+        )
+        print(f"of which {imports:.2f} s interpreter and imports")
+        print(f"pyfunnel 2.1.1, the same columns: {funnel:.2f} s, {funnel / work:.0f} times as long a row (aim: 10)")
+        csv = logged_by_cpp(folder / "10000001", LARGE)
+        size = csv.stat().st_size
+        command[-1] = str(csv)
+        long = seconds(command, ROOT)
+        memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20
+        print(f"validate, 10000001 rows, {size / 1e9:.2f} GB: {long:.1f} s (aim: 30 s), {memory:.2f} GiB (aim: 3 GiB)")
+
+
+def logged_by_cpp(root: Path, step: str) -> Path:
+    """The CSV of the C++ program with another step of RK4."""
+    root.mkdir()
+    port = read_ports(copy_of_the_tree(root))["cpp"]
+    text = port.source_path.read_text()
+    port.source_path.write_text(edited(text, [constant_edit(port, text, "h", step)]))
+    seconds(["make", "cpp"], root)
+    return port.csv
+
+
+def pyfunnel_seconds(csv: Path, folder: Path) -> float:
+    """The time pyfunnel takes to compare the columns with the exact solution at the same times."""
+    from pyfunnel import compareAndReport
+
+    log = load(csv, 20.0)
+    x1, x2, theta_hat, z1 = exact(LESSON).evaluate(log.t, ("x1", "x2", "theta_hat", "z1"))
+    wanted = {"x1": x1, "x2": x2, "theta_hat": theta_hat, "reference": x1 - z1, "tracking_error": z1}
+    started = time.perf_counter()
+    for column, values in wanted.items():
+        given = getattr(log, column)
+        compareAndReport(log.t, values, log.t, given, str(folder / f"funnel-{column}"), atolx=0.002, atoly=1e-6)
+    return time.perf_counter() - started
+
+
+def bench_fuzz(limit: float = 60.0) -> None:
+    """Random bytes into a right CSV, for a time in s: every file is refused with a reason, or conforms."""
+    choose = random.Random()
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "fuzzed.csv"
+        whole = bytearray(b"".join(logged_by_cpp(Path(name) / "cpp", "0.01").read_bytes().splitlines(True)[:2002]))
+        refused = passed = 0
+        started = time.perf_counter()
+        while time.perf_counter() - started < limit:
+            content = whole.copy()
+            for _ in range(choose.randint(1, 8)):
+                at, gone = choose.randrange(len(content)), choose.choice((0, 1, 1, 7, 300))
+                content[at : at + gone] = choose.choice(
+                    (
+                        choose.randbytes(choose.randint(0, 9)),
+                        choose.choice((b",", b"\n", b"\r", b"-", b"e", b".", b"nan", b"1e999", b"\xef\xbb\xbf", b'"')),
+                        content[at - 50 : at],
+                    )
+                )
+            path.write_bytes(content)
+            verdict = judge_file(path, LESSON)
+            refused += verdict.status == "fail" and bool(verdict.reason)
+            passed += verdict.conforms
+            if not (verdict.conforms or verdict.reason):
+                sys.exit(f"bench: a verdict without a reason: {bytes(content)!r}")
+    print(
+        f"fuzz, {limit:.0f} s: {refused} files refused, {passed} conform (a digit beyond the tolerance), none broke it"
+    )
+
+
 if __name__ == "__main__":
     bench_make()
     bench_truth()
+    bench_validate()
+    bench_fuzz()

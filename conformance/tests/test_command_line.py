@@ -2,9 +2,13 @@
 """The command line prints what it says, and answers bad input with one line and status 2."""
 
 import csv
+import os
+import pty
+import select
 import subprocess
 import sys
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from flint import arb, fmpq
@@ -69,3 +73,34 @@ def test_bad_input_is_answered_in_one_line(case: str) -> None:
 def test_help_tells_of_every_option() -> None:
     text = conformance("truth", "--help").stdout
     assert all(option in text for option in ("--scenario", "--times", "--step", "--digits"))
+
+
+def on_a_terminal(*words: str, **environment: str) -> str:
+    """What the command shows on a terminal."""
+    master, slave = pty.openpty()
+    command = [sys.executable, "-m", "conformance", *words]
+    with subprocess.Popen(command, cwd=ROOT, stdout=slave, stderr=slave, env=os.environ | environment) as process:
+        os.close(slave)
+        shown = b""
+        while process.poll() is None or select.select([master], [], [], 0)[0]:
+            try:
+                shown += os.read(master, 65536)
+            except OSError:  # the other end is closed
+                break
+    os.close(master)
+    return shown.decode()
+
+
+def test_colour_is_for_terminals_that_want_it(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.csv"
+    bad.write_text("t,x1\n")
+    assert "\033[31mdoes not conform\033[0m" in on_a_terminal("validate", str(bad), NO_COLOR="")
+    assert "\033[" not in on_a_terminal("validate", str(bad), NO_COLOR="1")
+    assert "\033[" not in conformance("validate", str(bad)).stdout
+
+
+def test_scenario_may_be_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "scenario.toml"
+    path.write_text("[scenario]\ntheta = -1\nhorizon = 1\n")
+    row = list(csv.DictReader(conformance("truth", "--scenario", str(path), "--step", "1").stdout.splitlines()))[-1]
+    assert row["t"] == "1" and not row["x1"].startswith("0.3")
