@@ -15,7 +15,7 @@ LARGEST_RATIO = 10  # of a tolerance to the largest error measured
 HEAD = f"""\
 # Tolerances
 
-Written by `.venv/bin/python -m conformance tolerances` from the ports' `port.toml` and their last runs.
+Written by `.venv/bin/conformance tolerances` from the ports' `port.toml` and their last runs.
 
 A tolerance is how far a logged state may be from the exact solution, at any row. None is looser than {CONTRACT[0]:.0e},
 the contract's, and none of an engine that has been measured is looser than {LARGEST_RATIO} times its largest error.
