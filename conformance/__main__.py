@@ -156,7 +156,7 @@ def write_tolerances(arguments: argparse.Namespace) -> int:
 
 
 def validate(arguments: argparse.Namespace) -> int:
-    """The verdict on a file, with every figure."""
+    """The verdict on a file, with every figure: what holds, the verdict, and what does not, with its usual cause."""
     from conformance.scenario import scenario_named
     from conformance.trajectory import readable
     from conformance.verdict import judge_file, to_json, write_atomically
@@ -165,10 +165,11 @@ def validate(arguments: argparse.Namespace) -> int:
         readable(path)
     verdict = judge_file(arguments.csv, scenario_named(arguments.scenario), arguments.stdout)
     for result in verdict.results:
-        show(str(result))
+        if result.passed:
+            show(str(result))
     show(f"{verdict.name} {'conforms' if verdict.conforms else 'does not conform'}")
     if verdict.reason:
-        print(verdict.reason)
+        show(verdict.reason)
     if arguments.json:
         write_atomically(arguments.json, to_json([verdict]))
     return 0 if verdict.conforms else 1

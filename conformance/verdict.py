@@ -13,7 +13,7 @@ from typing import Any
 
 from conformance.checks import CONTRACT, Check, Result, Tolerance, judge, programs_agree
 from conformance.exact import exact
-from conformance.ports import Port, read_ports
+from conformance.ports import ROOT, Port, read_ports
 from conformance.scenario import Scenario
 from conformance.table import engine_and_version, layout
 from conformance.trajectory import STATES, Trajectory, TrajectoryError, load, print_error
@@ -82,7 +82,9 @@ def judge_port(port: Port, scenario: Scenario) -> Verdict:
     run = port.run()
     if run is None:
         names = " or ".join(engine.name for engine in port.engines)
-        return Verdict(port.name, "missing", f"it did not run; it needs {names}; type: make {port.name}")
+        there = any(engine.found(ROOT) for engine in port.engines)
+        why = "it did not run" if there else f"{names} not found"
+        return Verdict(port.name, "missing", f"{why}; type: make {port.name}")
     engine = engine_and_version(run)
     stand_in = any(other.proprietary for other in port.engines) and not run["proprietary"]
     if run["source_sha256"] != port.source_hash():
@@ -98,7 +100,7 @@ def judge_port(port: Port, scenario: Scenario) -> Verdict:
 
 def explain(check: Check, result: Result) -> str:
     """A result that failed, in words, with its usual cause."""
-    return f"{result}. Usual cause: {check.cause}"
+    return f"{result}\n  usual cause: {check.cause}"
 
 
 def report_problems(text: str, trajectory: Trajectory, scenario: Scenario, csv_name: str) -> list[str]:
@@ -157,11 +159,21 @@ def headline(verdicts: Sequence[Verdict]) -> str:
     counts = Counter(verdict.status for verdict in verdicts)
     asked = len(verdicts) - counts["left out"]
     parts = [f"{counts['pass']} of {asked} conform"]
-    parts += [f"{counts[status]} {status}" for status in STATUSES[1:] if counts[status]]
+    for status in STATUSES[1:-1]:
+        if counts[status]:
+            named = ", ".join(_named(verdict) for verdict in verdicts if verdict.status == status)
+            parts.append(f"{counts[status]} {status}: {named}")
+    if counts["left out"]:
+        parts.append(f"{counts['left out']} left out")
     stood_in = [verdict.name for verdict in verdicts if verdict.stand_in]
     if stood_in:
         parts.append(f"{', '.join(stood_in)} on an open engine in place of the proprietary one")
     return "; ".join(parts)
+
+
+def _named(verdict: Verdict) -> str:
+    """A port's name, and what it lacks where it is missing."""
+    return f"{verdict.name} ({verdict.reason.partition(';')[0]})" if verdict.status == "missing" else verdict.name
 
 
 def table_rows(verdicts: Sequence[Verdict]) -> list[tuple[str, ...]]:

@@ -31,7 +31,7 @@ def test_skeleton_says_that_its_program_is_not_written(copy_of_the_tree: Callabl
     answer = make(root, "awk")
     assert answer.returncode != 0 and "the program of awk is not written yet" in answer.stderr
     verdict = check(root, "awk")
-    assert verdict.returncode == 1 and "0 of 1 conform; 1 error; 6 left out" in verdict.stdout
+    assert verdict.returncode == 1 and "0 of 1 conform; 1 error: awk; 6 left out" in verdict.stdout
 
 
 def test_a_new_port_goes_from_skeleton_to_green(copy_of_the_tree: Callable[..., Path]) -> None:

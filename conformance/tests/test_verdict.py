@@ -102,8 +102,8 @@ def test_ports_that_are_not_selected_are_left_out_and_counted() -> None:
 
 
 def test_headline_counts_what_is_missing_and_what_stood_in() -> None:
-    verdicts = [Verdict("a", "pass"), Verdict("b", "pass", stand_in=True), Verdict("c", "missing")]
-    expected = "2 of 3 conform; 1 missing; b on an open engine in place of the proprietary one"
+    verdicts = [Verdict("a", "pass"), Verdict("b", "pass", stand_in=True), Verdict("c", "missing", "C not found; type")]
+    expected = "2 of 3 conform; 1 missing: c (C not found); b on an open engine in place of the proprietary one"
     assert headline(verdicts) == expected
 
 
