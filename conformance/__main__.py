@@ -82,18 +82,20 @@ def parser() -> Parser:
     variants = commands.add_parser(
         "variants",
         help="run edited programs: experiments that must conform, mistakes that must be refused",
-        description="Run and judge the variants of conformance/variants/ in the ports of PORTS, or all. The exit "
-        "status is 1 where an experiment does not conform, or a mistake is not refused by its check.",
+        description="Run and judge the variants of conformance/variants/. The exit status is 1 where an experiment "
+        "does not conform, or a mistake is not refused by its check.",
     )
     variants.add_argument("names", nargs="*", metavar="NAME", help="these alone (default: all)")
+    variants.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
     variants.add_argument("--list", action="store_true", help="only list them")
     commands.add_parser("exercises", help="write docs/exercises.md: each variant as a diff in every language")
     mutants = commands.add_parser(
         "mutants",
         help="change each operator and number of the programs in turn: does a check notice?",
-        description="Make, run and judge every mutant of the programs (the ports of PORTS, or all): some minutes, kept "
-        "and resumed when interrupted. The exit status is 1 where one survives without a stated reason.",
+        description="Make, run and judge every mutant of the programs: some minutes, resumed where interrupted. The "
+        "exit status is 1 where one survives without a stated reason.",
     )
+    mutants.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
     mutants.add_argument("--list", action="store_true", help="only list them")
     diff = commands.add_parser("diff", help="what changed between two results; the exit status is 1 where anything did")
     diff.add_argument("old", type=Path, metavar="OLD.json")
@@ -199,7 +201,7 @@ def variants(arguments: argparse.Namespace) -> int:
     if arguments.list:
         print("\n".join(f"{variant.name}: {variant.title}" for variant in asked))
         return 0
-    ports = runnable(selected_ports().values())
+    ports = runnable(selected_ports(arguments.ports).values())
     kill_matrix.prepare(asked, ports)
     found = kill_matrix.outcomes(asked, ports)
     write_atomically(ROOT / "build" / "kill-matrix.json", kill_matrix.to_json(found))
@@ -228,7 +230,7 @@ def mutants(arguments: argparse.Namespace) -> int:
     from conformance.ports import selected_ports
     from conformance.variant import runnable
 
-    made = [mutant for port in runnable(selected_ports().values()) for mutant in mutants.mutants(port)]
+    made = [mutant for port in runnable(selected_ports(arguments.ports).values()) for mutant in mutants.mutants(port)]
     if arguments.list:
         print("\n".join(mutant.name for mutant in made))
         return 0

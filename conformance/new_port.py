@@ -22,6 +22,10 @@ source = "Chapter17_Lesson1.sh"       # the program, in this folder
 method = "which method, which settings"
 comment = ["# ", ""]                  # what begins and what ends a comment
 section = "# ---- {{}} ----"            # how a section's title is written
+names = "snake"                       # or camel: theta_hat, or thetaHat
+constant = "{{name}} = {{value}}"         # how a constant is stated in the section Parameters
+functions = {{sin = "sin({{}})", cos = "cos({{}})"}}
+drawing = []                          # the lines that draw the figure, which variants leave out
 products = []                         # further files that the program makes, such as its figure
 
 [[{name}.engine]]

@@ -15,7 +15,7 @@ import subprocess
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,8 @@ from conformance.scenario import LESSON, Scenario, scenario
 DATA = Path(__file__).with_name("variants")
 BUILD = ROOT / "build" / "variants"
 PATIENCE = 60  # s, for one program; the slowest needs 5
-RUNS_ON = ("Makefile", "requirements.txt", "conformance/run.py", "conformance/ports.py", "conformance/setup.sh")
+RUNS_ON = ("requirements.txt", "conformance/run.py")  # beside the port's own folder and its engine
+BRINGS = ("Makefile", "conformance/__init__.py", "conformance/ports.py", "conformance/setup.sh")  # what make needs too
 EVERY = "every"  # stands for all ports; its text is in snake_case, spelled for each
 KEYS = {"title", "section", "shows", "refused_by", "scenario", "constants", "edits", "without"}
 
@@ -140,7 +141,7 @@ def copy_tree(destination: Path) -> None:
 
 def copy_what_runs(destination: Path) -> None:
     """Copy what the programs need, and no more; much smaller than the tree."""
-    paths = [*(ROOT / name for name in RUNS_ON), ROOT / "conformance" / "__init__.py", *ROOT.glob("*.txt")]
+    paths = [*(ROOT / name for name in (*RUNS_ON, *BRINGS)), *ROOT.glob("*.txt")]
     paths += [path for folder in {port.folder for port in read_ports().values()} for path in folder.rglob("*")]
     for path in paths:
         if path.is_file() and "__pycache__" not in path.parts:
@@ -202,18 +203,16 @@ def job(tree: Path, port: Port, text: str) -> Job:
 def _runs_on(port: Port) -> str:
     """A digest of what a port runs on, but for its source and the facts that do not change a result."""
     beside = (path for path in sorted(port.folder.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
-    paths = [*(path for path in beside if path.name != "port.toml" and path != port.source_path), *_common()]
+    paths = [path for path in beside if path.name != "port.toml" and path != port.source_path]
+    paths += [ROOT / name for name in RUNS_ON]
     return hashlib.sha256(b"".join(hashlib.sha256(path.read_bytes()).digest() for path in paths)).hexdigest()
-
-
-def _common() -> Iterator[Path]:
-    return (ROOT / name for name in RUNS_ON)
 
 
 def run_all(jobs: Iterable[Job], copy: Callable[[Path], None] = copy_tree, workers: int = os.cpu_count() or 1) -> None:
     """Run what is not fresh, the slowest first; what has run stays when the rest is interrupted."""
-    with _alone():
-        waiting = sorted((one for one in jobs if not one.fresh), key=_seconds, reverse=True)
+    asked = list(jobs)
+    with _alone({one.tree.parent for one in asked}):
+        waiting = sorted((one for one in asked if not one.fresh), key=_seconds, reverse=True)
         for tree, texts in _by_tree(waiting).items():
             copy(tree)
             for path, text in texts.items():
@@ -230,11 +229,12 @@ def run_all(jobs: Iterable[Job], copy: Callable[[Path], None] = copy_tree, worke
 
 
 @contextmanager
-def _alone() -> Iterator[None]:
-    """One run at a time: a second one waits, and then finds the results."""
-    BUILD.mkdir(parents=True, exist_ok=True)
-    with open(BUILD / "lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+def _alone(folders: Iterable[Path]) -> Iterator[None]:
+    """One run at a time in each folder of trees: a second one waits, and then finds the results."""
+    with ExitStack() as locks:
+        for folder in sorted(folders):
+            folder.mkdir(parents=True, exist_ok=True)
+            fcntl.flock(locks.enter_context(open(folder / "lock", "w")), fcntl.LOCK_EX)
         yield
 
 
