@@ -15,8 +15,8 @@ HEAD = """\
 # Exercises
 
 Each is an edit of the programs, run and judged by `make check`: an experiment conforms, a mistake is refused by the
-check it names. `python -m conformance variants NAME` leaves the edited tree in `build/variants/NAME/`, over a shorter
-horizon and without the figure. `python -m conformance exercises` writes this page, from `conformance/variants/`.
+check it names. `.venv/bin/conformance variants NAME` leaves the edited tree in `build/variants/NAME/`, over a shorter
+horizon and without the figure. `.venv/bin/conformance exercises` writes this page, from `conformance/variants/`.
 """
 MATRIX = "## Which check refuses which mistake"
 

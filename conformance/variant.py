@@ -253,13 +253,13 @@ def _by_tree(jobs: Iterable[Job]) -> Mapping[Path, Mapping[Path, str]]:
 
 
 def _run(one: Job, running: set[subprocess.Popen[bytes]]) -> None:
-    """make PORT in the tree; its own PORTS and make flags do not reach it."""
+    """make PORT in the tree, which installs nothing; this run's own PORTS and make flags do not reach it."""
     shutil.rmtree(one.folder, ignore_errors=True)
     one.folder.mkdir(parents=True)
     environment = {k: v for k, v in os.environ.items() if k not in ("PORTS", "MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
     with open(one.tree / "build" / f"{one.port.name}.log", "wb") as log:
         process = subprocess.Popen(
-            ["make", one.port.name], cwd=one.tree, env=environment, start_new_session=True,
+            ["make", "-o", ".venv/installed", one.port.name], cwd=one.tree, env=environment, start_new_session=True,
             stdin=subprocess.DEVNULL, stdout=log, stderr=log,
         )  # fmt: skip
         running.add(process)

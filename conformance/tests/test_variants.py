@@ -188,4 +188,4 @@ def test_the_page_of_exercises_is_current() -> None:
     wanted, written = page(VARIANTS.values(), every, found), PAGE.read_text(encoding="utf-8")
     if len(PORTS) < len(every):  # the matrix needs them all
         wanted, written = (text.partition(MATRIX)[0] for text in (wanted, written))
-    assert written == wanted, "type: .venv/bin/python -m conformance exercises"
+    assert written == wanted, "type: .venv/bin/conformance exercises"
