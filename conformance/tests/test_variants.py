@@ -14,7 +14,7 @@ from conformance import kill_matrix
 from conformance.checks import CHECKS
 from conformance.edits import Edit
 from conformance.exercises import MATRIX, PAGE, page
-from conformance.experiment import truth
+from conformance.exact import exact
 from conformance.kill_matrix import END, OUTPUT, Outcome, prepare, refusals
 from conformance.ports import ROOT, Port, read_ports
 from conformance.scenario import LESSON, Scenario
@@ -75,12 +75,12 @@ def variant_run(name: str, port: Port) -> Trajectory:
 def largest_error(trajectory: Trajectory, scenario: Scenario = LESSON) -> float:
     """Against the exact solution, over the 4 s of the variants."""
     early = trajectory.t <= 4.001
-    exact = truth(scenario).evaluate(trajectory.t[early], STATES)
-    return float(np.abs(trajectory.states[early].T - exact).max())
+    wanted = exact(scenario).evaluate(trajectory.t[early], STATES)
+    return float(np.abs(trajectory.states[:, early] - wanted).max())
 
 
 def test_without_excitation_the_estimate_stops_away_from_theta(port: Port) -> None:
-    last = variant_run("problem-4", port).states[-1]
+    last = variant_run("problem-4", port).states[:, -1]
     assert abs(last[2] - 2.77724) < 5e-6 and np.abs(last[:2]).max() < 1e-4
 
 
