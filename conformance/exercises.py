@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from difflib import unified_diff
 
-from conformance.kill_matrix import Outcome
+from conformance.kill_matrix import CSV, END, OUTPUT, Outcome
 from conformance.ports import ROOT, Port
 from conformance.scenario import LESSON
 from conformance.variant import Variant, original, source
@@ -27,7 +27,7 @@ def page(variants: Collection[Variant], ports: Sequence[Port], found: Iterable[O
     mistakes = [variant for variant in variants if variant.refused_by]
     parts = [HEAD, "## Experiments\n", *(exercise(variant, ports) for variant in experiments)]
     parts += ["## Mistakes\n", *(exercise(variant, ports) for variant in mistakes)]
-    return "\n".join([*parts, MATRIX + "\n", matrix(mistakes, ports, list(found))])
+    return "\n".join([*parts, MATRIX + "\n", matrix(mistakes, list(found))])
 
 
 def exercise(variant: Variant, ports: Iterable[Port]) -> str:
@@ -52,19 +52,20 @@ def diff(variant: Variant, port: Port) -> str:
     return "".join([line for line in unified_diff(old, new, n=1) if not line.startswith(("---", "+++"))])
 
 
-def matrix(mistakes: Iterable[Variant], ports: Sequence[Port], found: Sequence[Outcome]) -> str:
-    """The kill matrix: per mistake and port how many checks refuse it; then which, the one it names first."""
-    rows = [["mistake", *(port.name for port in ports), "refused by"], ["---"] * (len(ports) + 2)]
+def matrix(mistakes: Iterable[Variant], found: Sequence[Outcome]) -> str:
+    """The kill matrix: per mistake and check in how many ports it refuses, bold where the mistake names it."""
+    claims = [r.claim for o in found for r in o.verdict.results] + [CSV, OUTPUT, END]
+    refusing = {claim for o in found if o.wanted for claim in o.refusals}
+    columns = [claim for claim in dict.fromkeys(claims) if claim in refusing]
+    numbers = [str(n) for n in range(1, len(columns) + 1)]
+    legend = "\n".join(f"{number}. `{claim}`" for number, claim in zip(numbers, columns, strict=True))
+    rows = [["mistake", "programs", *numbers], ["---"] * (len(columns) + 2)]
     for variant in mistakes:
-        here = {o.port: o.refusals for o in found if o.variant == variant.name}
-        everywhere = dict.fromkeys(claim for refusals in here.values() for claim in refusals)
-        others = [_counted(claim, here) for claim in everywhere if claim != variant.refused_by]
-        checks = ", ".join([f"**{_counted(variant.refused_by, here)}**", *others])
-        rows.append([variant.name, *(str(len(here[p.name])) if p.name in here else "-" for p in ports), checks])
-    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+        here = [o for o in found if o.variant == variant.name]
+        rows.append([variant.name, str(len(here)), *(_count(claim, variant, here) for claim in columns)])
+    return f"{legend}\n\n" + "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
-def _counted(claim: str, refusals: dict[str, tuple[str, ...]]) -> str:
-    """A check, with the ports in which it refuses where these are not all."""
-    some = [port for port, claims in refusals.items() if claim in claims]
-    return claim if len(some) == len(refusals) else f"{claim} ({' '.join(some)})"
+def _count(claim: str, variant: Variant, here: Iterable[Outcome]) -> str:
+    count = sum(claim in outcome.refusals for outcome in here)
+    return f"**{count}**" if claim == variant.refused_by else str(count or "")

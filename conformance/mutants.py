@@ -48,7 +48,7 @@ class Mutant:
 
 @dataclass(frozen=True)
 class Fate:
-    """How a mutant fared: killed (by which checks), survived, or invalid, where it is no program."""
+    """How a mutant fared: killed (by which checks), survived, or invalid, where it does not compile."""
 
     mutant: Mutant
     status: str
@@ -119,9 +119,8 @@ def _fate(mutant: Mutant, one: Job) -> Fate:
     if one.timed_out:
         return Fate(mutant, "killed", ("does not end",))
     verdict = judge_port(read_ports(one.tree)[mutant.port.name], SCENARIO)
-    if verdict.status == "missing":
-        return Fate(mutant, "invalid")
-    return Fate(mutant, "survived" if verdict.conforms else "killed", refusals(verdict))
+    by = refusals(verdict)
+    return Fate(mutant, "survived" if verdict.conforms else "killed" if by else "invalid", by)
 
 
 # ---- Telling ----
