@@ -124,6 +124,8 @@ def main() -> int:
         return COMMANDS[arguments.command](arguments)
     except (ValueError, OSError) as error:
         top.error(f"{arguments.command}: {error}")
+    except KeyboardInterrupt:
+        top.exit(130, f"{top.prog}: {arguments.command}: interrupted\n")
 
 
 def print_table(arguments: argparse.Namespace) -> int:

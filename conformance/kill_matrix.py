@@ -5,9 +5,9 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from conformance.ports import Port, read_ports
+from conformance.ports import Port
 from conformance.table import layout
-from conformance.variant import Variant, job, run_all, source
+from conformance.variant import Variant, in_tree, job, run_all, source
 from conformance.verdict import Verdict, judge_port
 
 CSV, OUTPUT, END = "valid-csv", "standard-output", "program-ends"  # refusals that are no figure
@@ -54,7 +54,7 @@ def prepare(variants: Iterable[Variant], ports: Sequence[Port]) -> None:
 
 def outcome(variant: Variant, port: Port) -> Outcome:
     """Judge one variant as one port left it."""
-    verdict = judge_port(read_ports(variant.tree)[port.name], variant.scenario)
+    verdict = judge_port(in_tree(port, variant.tree), variant.scenario)
     return Outcome(variant.name, port.name, variant.refused_by, verdict)
 
 

@@ -15,10 +15,10 @@ from pathlib import Path
 
 from conformance.edits import edited, scenario_edits
 from conformance.kill_matrix import refusals
-from conformance.ports import ROOT, Port, read_ports
+from conformance.ports import ROOT, Port
 from conformance.scenario import LESSON
 from conformance.table import layout
-from conformance.variant import Job, copy_what_runs, job, original, run_all
+from conformance.variant import Job, copy_what_runs, in_tree, job, original, run_all
 from conformance.verdict import judge_port
 
 SCENARIO = replace(LESSON, horizon=Fraction(1))  # the transient, where every term counts
@@ -118,7 +118,7 @@ def fates(made: Sequence[Mutant], folder: Path = ROOT / "build" / "mutants") -> 
 def _fate(mutant: Mutant, one: Job) -> Fate:
     if one.timed_out:
         return Fate(mutant, "killed", ("does not end",))
-    verdict = judge_port(read_ports(one.tree)[mutant.port.name], SCENARIO)
+    verdict = judge_port(in_tree(mutant.port, one.tree), SCENARIO)
     by = refusals(verdict)
     return Fate(mutant, "survived" if verdict.conforms else "killed" if by else "invalid", by)
 

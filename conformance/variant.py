@@ -13,11 +13,12 @@ import shutil
 import signal
 import subprocess
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 from conformance.edits import Edit, constant_edit, edited, scenario_edits, spelled, without_drawing
@@ -170,7 +171,7 @@ class Job:
 
     @property
     def folder(self) -> Path:
-        return self.tree / "build" / self.port.name
+        return in_tree(self.port, self.tree).build
 
     @property
     def fresh(self) -> bool:
@@ -182,6 +183,11 @@ class Job:
     def timed_out(self) -> bool:
         """Whether the program had to be ended."""
         return (self.folder / "timeout").exists()
+
+
+def in_tree(port: Port, tree: Path) -> Port:
+    """The port, with the source and the results of a copied tree."""
+    return replace(port, folder=tree / port.folder.relative_to(ROOT))
 
 
 def runnable(ports: Iterable[Port]) -> list[Port]:
@@ -213,16 +219,16 @@ def run_all(jobs: Iterable[Job], copy: Callable[[Path], None] = copy_tree, worke
     asked = list(jobs)
     with _alone({one.tree.parent for one in asked}):
         waiting = sorted((one for one in asked if not one.fresh), key=_seconds, reverse=True)
-        for tree, texts in _by_tree(waiting).items():
-            copy(tree)
-            for path, text in texts.items():
-                path.write_text(text, encoding="utf-8")
+        for tree in dict.fromkeys(one.tree for one in waiting):
+            write_tree(tree, [one for one in asked if one.tree == tree], copy)
         running: set[subprocess.Popen[bytes]] = set()
+        over = Event()
         executor = ThreadPoolExecutor(workers)
         try:
-            for done in [executor.submit(_run, one, running) for one in waiting]:
+            for done in [executor.submit(_run, one, running, over) for one in waiting]:
                 done.result()
         finally:
+            over.set()
             executor.shutdown(wait=False, cancel_futures=True)
             for process in tuple(running):
                 _stop(process)
@@ -244,15 +250,17 @@ def _seconds(one: Job) -> float:
     return float("inf") if run is None else float(run["seconds"]) + 2 * bool(one.port.target)
 
 
-def _by_tree(jobs: Iterable[Job]) -> Mapping[Path, Mapping[Path, str]]:
-    texts: dict[Path, dict[Path, str]] = {}
-    for one in jobs:
-        path = one.tree / one.port.source_path.relative_to(ROOT)
-        texts.setdefault(one.tree, {})[path] = one.text
-    return texts
+def write_tree(tree: Path, jobs: Iterable[Job], copy: Callable[[Path], None]) -> None:
+    """Copy the tree with its programs edited; those of other ports stay as they ran."""
+    others = [in_tree(port, tree).source_path for port in read_ports().values()]
+    texts = {path: path.read_text(encoding="utf-8") for path in others if path.exists()}
+    texts |= {in_tree(one.port, tree).source_path: one.text for one in jobs}
+    copy(tree)
+    for path, text in texts.items():
+        path.write_text(text, encoding="utf-8")
 
 
-def _run(one: Job, running: set[subprocess.Popen[bytes]]) -> None:
+def _run(one: Job, running: set[subprocess.Popen[bytes]], over: Event) -> None:
     """make PORT in the tree, which installs nothing; this run's own PORTS and make flags do not reach it."""
     shutil.rmtree(one.folder, ignore_errors=True)
     one.folder.mkdir(parents=True)
@@ -263,6 +271,8 @@ def _run(one: Job, running: set[subprocess.Popen[bytes]]) -> None:
             stdin=subprocess.DEVNULL, stdout=log, stderr=log,
         )  # fmt: skip
         running.add(process)
+        if over.is_set():
+            _stop(process)
         try:
             process.wait(PATIENCE)
         except subprocess.TimeoutExpired:

@@ -2,6 +2,10 @@
 """Edited into another experiment, every program conforms to it; into a mistake, it is refused by the check named."""
 
 import functools
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -19,7 +23,18 @@ from conformance.ports import ROOT, Port, read_ports
 from conformance.scenario import LESSON, Scenario
 from conformance.tests.programs import PORTS, record, trajectory_of
 from conformance.trajectory import STATES, Trajectory, load
-from conformance.variant import Variant, job, read_variant, read_variants, run_all, runnable, source
+from conformance.variant import (
+    Variant,
+    copy_what_runs,
+    in_tree,
+    job,
+    read_variant,
+    read_variants,
+    run_all,
+    runnable,
+    source,
+    write_tree,
+)  # fmt: skip
 from conformance.verdict import Verdict, write_atomically
 
 VARIANTS = read_variants()
@@ -68,7 +83,7 @@ def test_every_common_error_of_the_lesson_is_among_the_mistakes() -> None:
 def variant_run(name: str, port: Port) -> Trajectory:
     record(port)
     variant = VARIANTS[name]
-    return load(read_ports(variant.tree)[port.name].csv, float(variant.scenario.horizon))
+    return load(in_tree(port, variant.tree).csv, float(variant.scenario.horizon))
 
 
 def largest_error(trajectory: Trajectory, scenario: Scenario = LESSON) -> float:
@@ -148,6 +163,38 @@ def test_only_what_changed_is_run_again(monkeypatch: pytest.MonkeyPatch) -> None
     assert kept.fresh and not job(MISTAKE.tree, FIRST, source(changed, FIRST)).fresh
     monkeypatch.setattr("conformance.variant._runs_on", lambda port: "another engine")
     assert not job(MISTAKE.tree, FIRST, source(MISTAKE, FIRST)).fresh
+
+
+def test_an_interrupted_run_keeps_what_has_run_and_ends_what_runs(tmp_path: Path) -> None:
+    script = f"""
+from pathlib import Path
+from conformance.ports import read_ports
+from conformance.variant import job, original, run_all
+port = read_ports()[{FIRST.name!r}]
+run_all((job(Path({str(tmp_path)!r}) / name, port, original(port)) for name in ("one", "two", "three")), workers=1)
+"""
+    running = subprocess.Popen(
+        [sys.executable, "-c", script], cwd=ROOT, stderr=subprocess.DEVNULL,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+    kept = tmp_path / "one" / "build" / FIRST.name / "key"
+    for _ in range(1200):
+        if kept.exists() and (tmp_path / "two" / "build" / FIRST.name).exists():
+            break
+        time.sleep(0.02)
+    running.send_signal(signal.SIGINT)
+    assert kept.exists() and running.wait(timeout=20) != 0
+    assert [path.parts[-4] for path in tmp_path.glob("*/build/*/key")] == ["one"]
+    before = sorted(tmp_path.rglob("*"))
+    time.sleep(0.5)
+    assert sorted(tmp_path.rglob("*")) == before  # nothing goes on in the background
+
+
+def test_a_tree_keeps_the_edited_programs_that_have_run(tmp_path: Path) -> None:
+    first, second = (job(tmp_path, port, source(MISTAKE, port)) for port in runnable(read_ports().values())[:2])
+    for one in (first, second):  # one after another, as with --ports
+        write_tree(tmp_path, [one], copy_what_runs)
+    assert [in_tree(one.port, tmp_path).source_path.read_text() for one in (first, second)] == [first.text, second.text]
 
 
 BAD = {
