@@ -2,25 +2,18 @@
 """The programs read alike: same sections, same statements, same wording, in the same order."""
 
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from conformance.ports import Port, read_ports
+from conformance.sources import SECTIONS, STEPS, code, cut, sections, snake, source, statements
 
-SECTIONS = ["Parameters", "Reference", "Controller", "Closed loop", "Integrate", "Write CSV", "Report"]
 ALL = read_ports()
 FIRST = next(iter(ALL.values()))
 
 every_port = pytest.mark.parametrize("any_port", ALL.values(), ids=ALL)
-
-
-def source(port: Port) -> str:
-    return port.source_path.read_text(encoding="utf-8")
-
-
-def sections(port: Port) -> list[str]:
-    pattern = re.escape(port.section).replace(re.escape("{}"), "([A-Z][A-Za-z ]+)")
-    return re.findall(f"^ *{pattern},?$", source(port), flags=re.MULTILINE)
 
 
 def section(port: Port, title: str) -> str:
@@ -32,37 +25,37 @@ def section(port: Port, title: str) -> str:
     return text[text.index(mark) : text.index(port.section.format(following))]
 
 
-def snake(text: str) -> str:
-    return re.sub(r"(?<=[a-z0-9])([A-Z])", lambda m: "_" + m[1].lower(), text)
-
-
-def statement(text: str) -> str:
-    """A tagged statement without what is the language's own."""
-    text = re.sub(r"\b(constexpr|const|static|final|double|return)\b", "", text)
-    text = re.sub(r"\b(np\.|std::|Math\.|control\.)", "", text)
-    text = re.sub(r"\b(Sin|Cos)\[([^]]*)\]", lambda m: f"{m[1].lower()}({m[2]})", text)
-    text = re.sub(r'^ *Cell\["', "", text)
-    return snake(" ".join(text.strip(" ;'").split()))
-
-
 def steps(port: Port) -> list[tuple[str, str, str]]:
-    """(tag, wording, statement) of every tagged line, in order."""
-    leader, end = (re.escape(part.strip()) for part in port.comment)
-    pattern = rf"^(.*?) *{leader} *(\(\d+\)) (.*?){' *' + end if end else ''}$"
-    found = re.findall(pattern, source(port), flags=re.MULTILINE)
-    unquoted = [(text, tag, wording.removesuffix("'").replace("''", "'") if text.lstrip()[:1] == "'" else wording)
-                for text, tag, wording in found if text.strip(" %")]  # fmt: skip
-    return [(tag, snake(wording), statement(text)) for text, tag, wording in unquoted]
+    return statements(source(port), port.comment)
 
 
 @every_port
 def test_sections_stand_in_the_common_order(any_port: Port) -> None:
-    assert [title for title in sections(any_port) if title != "Figures"] == SECTIONS
+    assert [title for title in sections(any_port) if title != "Figures"] == list(SECTIONS)
 
 
 @every_port
 def test_statements_and_their_wording_are_the_same_in_every_program(any_port: Port) -> None:
     assert steps(any_port) == steps(FIRST)
+
+
+@every_port
+def test_every_step_stands_once_and_in_order(any_port: Port) -> None:
+    steps_there = cut(any_port)
+    assert list(steps_there) == [step.key for step in STEPS if step.key in steps_there]
+    assert {step.key for step in STEPS if not step.optional} <= steps_there.keys()
+    assert "".join(steps_there.values()) == code(any_port)
+
+
+@pytest.mark.parametrize("change", ["a step left out", "a step twice", "steps exchanged"])
+def test_steps_that_are_not_the_lessons_are_refused(change: str, tmp_path: Path) -> None:
+    text = source(FIRST)
+    law = next(line for line in text.splitlines(keepends=True) if "(7) update law" in line)
+    changed = {"a step left out": "", "a step twice": law + law, "steps exchanged": ""}[change]
+    text = text.replace(law, changed) + (law if change == "steps exchanged" else "")
+    (tmp_path / FIRST.source).write_text(text)
+    with pytest.raises(ValueError, match="expected it once, after the step before"):
+        cut(replace(FIRST, folder=tmp_path))
 
 
 def test_statements_cover_the_lesson() -> None:
