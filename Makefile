@@ -22,7 +22,7 @@ export PORTS
 
 # ---- What to type ----
 
-.PHONY: help all check mutants bench clean distclean
+.PHONY: help all check report readme mutants bench clean distclean
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## /  make \1: /p' $(MAKEFILE_LIST) | sort
 	@echo '  make PORT: one of $(KNOWN_PORTS)'
@@ -32,9 +32,17 @@ all:  ## set up, build and run every program, and end with a table
 	@status=0; $(MAKE) ports || status=$$?; \
 	if [ -x $(PYTHON) ]; then $(PYTHON) -m conformance table; fi; exit $$status
 
-check:  ## bring all up to date, then judge every result
+check:  ## bring all up to date, judge every result, and write the page
 	@$(MAKE) --keep-going all || echo 'check: not every program ran; the verdict counts them' >&2
-	$(PYTHON) -m pytest --junitxml=build/junit.xml conformance
+	@$(MAKE) .venv/page/installed
+	@status=0; $(PYTHON) -m pytest --junitxml=build/junit.xml conformance || status=$$?; \
+	$(PYTHON) -m conformance report || status=$$?; exit $$status
+
+report: environment .venv/page/installed  ## write the page on what the programs left: build/report/index.html
+	@$(PYTHON) -m conformance report
+
+readme: all  ## bring the README's table and picture up to date
+	@$(PYTHON) -m conformance readme
 
 mutants: all  ## change each operator and number of every program in turn: do the checks notice? (minutes)
 	$(PYTHON) -m conformance mutants
@@ -68,6 +76,13 @@ environment: .venv/installed
 
 .venv/bench: requirements-bench.txt | environment
 	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements-bench.txt
+	@touch $@
+
+.venv/page/installed: requirements-page.txt conformance/report/package.json conformance/report/package-lock.json | environment
+	@echo 'set-up: installing what the page embeds, and what tests it, in .venv (half a minute)'
+	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements-page.txt
+	@mkdir -p $(@D) && cp conformance/report/package.json conformance/report/package-lock.json $(@D)
+	@.venv/bin/npm ci --loglevel=error --no-audit --no-fund --ignore-scripts --prefix $(@D) >/dev/null
 	@touch $@
 
 # ---- Programs ----

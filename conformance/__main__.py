@@ -64,6 +64,9 @@ def parser() -> Parser:
     top = Parser(prog="conformance", description="Judge the six programs of Chapter 17, Lesson 1.")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     commands.add_parser("table", help="what ran, on which engine, and what came out (the ports of PORTS, or all)")
+    report = commands.add_parser("report", help="write the page on what the programs left, one self-contained file")
+    report.add_argument("--to", type=Path, metavar="FILE.html", help="where (default: build/report/index.html)")
+    commands.add_parser("readme", help="bring the README's table and picture up to date")
     check = commands.add_parser("check", help="judge what the programs left")
     check.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
     commands.add_parser("tolerances", help="write docs/tolerances.md: what each port is held to, and why")
@@ -179,6 +182,28 @@ def validate(arguments: argparse.Namespace) -> int:
     return 0 if verdict.conforms else 1
 
 
+def report(arguments: argparse.Namespace) -> int:
+    """The page."""
+    from conformance.ports import ROOT, selected_ports
+    from conformance.report.page import write_page
+
+    path = arguments.to or ROOT / "build" / "report" / "index.html"
+    write_page(path, selected_ports())
+    print(f"the page is {path}, {path.stat().st_size / 1e6:.1f} MB")
+    return 0
+
+
+def readme(arguments: argparse.Namespace) -> int:
+    """The README's table and picture."""
+    from conformance.ports import read_ports
+    from conformance.readme import write_readme
+    from conformance.scenario import LESSON
+    from conformance.verdict import judge_all
+
+    write_readme(judge_all(read_ports(), LESSON), read_ports())
+    return 0
+
+
 def diff(arguments: argparse.Namespace) -> int:
     """What changed between two results."""
     from conformance.difference import differences, read_result
@@ -265,6 +290,8 @@ def print_truth(arguments: argparse.Namespace) -> int:
 COMMANDS = {
     "table": print_table,
     "check": check,
+    "report": report,
+    "readme": readme,
     "tolerances": write_tolerances,
     "validate": validate,
     "variants": variants,

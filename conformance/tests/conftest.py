@@ -9,6 +9,7 @@ import pytest
 
 from conformance.checks import Tolerance
 from conformance.ports import ROOT, Port
+from conformance.report.page import write_page
 from conformance.scenario import LESSON
 from conformance.tests.programs import PORTS, engine_of, trajectory_of
 from conformance.trajectory import Trajectory
@@ -29,6 +30,14 @@ def trajectory(port: Port) -> Trajectory:
 @pytest.fixture
 def tolerance(port: Port) -> Tolerance:
     return engine_of(port).tolerance
+
+
+@pytest.fixture(scope="session")
+def report() -> Path:
+    """The page on the programs under test."""
+    path = ROOT / "build" / "report" / "index.html"
+    write_page(path, PORTS)
+    return path
 
 
 @pytest.fixture

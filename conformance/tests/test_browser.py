@@ -1,0 +1,295 @@
+# SPDX-License-Identifier: MIT
+"""The page in a browser: it opens without a request, reads well by eye and by machine, and its playground conforms.
+
+Needs Chromium; build/report/ keeps a picture of the page narrow and wide, light and dark.
+"""
+
+import json
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from conformance.ports import read_ports
+from conformance.report.page import write_page
+from conformance.report.playground import mistakes
+from conformance.scenario import SCENARIOS
+from conformance.sources import cut
+from conformance.tests.programs import PORTS
+from conformance.variant import read_variants
+from conformance.verdict import judge_file
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+INTERACTIVE = 1000  # ms, until the page answers
+FRAME = 1000 / 60  # ms
+SCREENS = {"narrow dark": (360, 740, "dark"), "wide light": (1900, 1000, "light")}
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium")
+
+
+@dataclass
+class Opened:
+    """A page in the browser, and what it complained of or asked for."""
+
+    page: Page
+    complaints: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        yield playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+
+
+def open_page(browser: Browser, path: Path, screen: str = "wide light") -> Opened:
+    width, height, scheme = SCREENS[screen]
+    context = browser.new_context(
+        viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
+    )
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    opened = Opened(context.new_page())
+    opened.page.on("console", lambda message: opened.complaints.append(message.text))
+    opened.page.on("pageerror", lambda error: opened.complaints.append(str(error)))
+    opened.page.on("request", lambda request: opened.requests.append(request.url))
+    opened.page.goto(path.as_uri())
+    return opened
+
+
+def show_all(page: Page) -> None:
+    """Bring every chart into view once, so that it is drawn."""
+    for chart in page.locator(".chart").all():
+        chart.scroll_into_view_if_needed()
+    page.wait_for_function(
+        "document.querySelectorAll('.chart canvas').length === document.querySelectorAll('.chart').length"
+    )
+    page.evaluate("scrollTo({ top: 0, behavior: 'instant' })")
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Browser, report: Path) -> Opened:
+    opened = open_page(browser, report)
+    show_all(opened.page)
+    return opened
+
+
+@pytest.fixture
+def page(opened: Opened) -> Page:
+    return opened.page
+
+
+def picture(page: Page, signal: str, where: str = "#trajectories") -> str:
+    """What is drawn on a chart, as text."""
+    canvas = f"{where} [data-signal={signal}] canvas"
+    return str(page.evaluate("(canvas) => document.querySelector(canvas).toDataURL()", canvas))
+
+
+def test_page_opens_without_a_complaint_and_without_a_request(opened: Opened, report: Path) -> None:
+    assert opened.complaints == []
+    assert [url for url in opened.requests if not url.startswith("data:")] == [report.as_uri()]
+
+
+def test_request_would_be_blocked_and_seen(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report)
+    other.page.evaluate("document.body.append(Object.assign(new Image(), { src: 'https://example.invalid/x.png' }))")
+    other.page.wait_for_timeout(100)
+    assert any("Content Security Policy" in complaint for complaint in other.complaints)
+    other.page.context.close()
+
+
+def test_page_answers_in_time(browser: Browser, report: Path, record_testsuite_property: Any) -> None:
+    times = []
+    for _ in range(3):
+        other = open_page(browser, report)
+        times.append(other.page.evaluate("performance.getEntriesByType('navigation')[0].domComplete"))
+        other.page.context.close()
+    record_testsuite_property("page interactive after (ms)", round(min(times)))
+    assert min(times) <= INTERACTIVE
+
+
+# ---- Verdict ----
+
+
+def test_figure_of_a_check_shows_at_the_pointer_and_at_the_focus(page: Page) -> None:
+    cells, inspector = page.locator("#verdict .cell"), page.locator("#verdict .inspector")
+    cells.nth(1).hover()
+    assert inspector.inner_text() == cells.nth(1).get_attribute("data-words")
+    cells.nth(0).focus()
+    page.keyboard.press("ArrowDown")
+    below = page.evaluate("document.activeElement.dataset.words")
+    assert below == cells.nth(len(PORTS)).get_attribute("data-words") == inspector.inner_text()
+
+
+def test_refused_and_missing_programs_say_why(browser: Browser, tmp_path: Path) -> None:
+    names = [*read_ports()][:2]  # the first has run, the second has not
+    for name in names:
+        shutil.copytree(read_ports()[name].folder, tmp_path / read_ports()[name].folder.name, dirs_exist_ok=True)
+    shutil.copytree(read_ports()[names[0]].build, tmp_path / "build" / names[0])
+    ports = {name: port for name, port in read_ports(tmp_path).items() if name in names}
+    refused, missing = ports.values()
+    lines = refused.csv.read_text().splitlines()
+    rows = [line.split(",") for line in lines[1:]]
+    wrong = [",".join([t, x1, str(float(x2) + 1e-3), *rest]) for t, x1, x2, *rest in rows]
+    refused.csv.write_text("\n".join([lines[0], *wrong]) + "\n")
+    record = refused.build / "run.json"
+    record.write_text(json.dumps({**(refused.run() or {}), "csv_sha256": refused.csv_hash()}))
+    write_page(tmp_path / "index.html", ports)
+    other = open_page(browser, tmp_path / "index.html")
+    show_all(other.page)
+    for port, reason in ((refused, "x2-equals-the-exact-solution (10) FAILS"), (missing, f"type: make {missing.name}")):
+        card = other.page.locator(f"#verdict-{port.name}")
+        assert not card.get_by_text(reason).is_visible()
+        card.get_by_text("Why was it refused?").click()
+        assert card.get_by_text(reason).is_visible()
+    assert other.page.locator(f"#trajectories [data-port={missing.name}]").is_disabled()
+    assert other.page.locator("#verdict .cell.fail").count() > 0
+    assert other.complaints == []
+    other.page.context.close()
+
+
+# ---- Trajectories ----
+
+
+def test_programs_are_switched_on_and_off(page: Page) -> None:
+    before = picture(page, "error_x2")
+    button = page.locator(f"#trajectories [data-port={next(iter(PORTS))}]")
+    button.press("Space")
+    assert button.get_attribute("aria-pressed") == "false" and picture(page, "error_x2") != before
+    button.click()
+    page.wait_for_timeout(50)
+    assert picture(page, "error_x2") == before
+
+
+def test_time_is_zoomed_in_all_charts(page: Page) -> None:
+    before = picture(page, "x2"), picture(page, "V")
+    page.locator("#to").fill("3")
+    page.locator("#to").press("Enter")
+    page.wait_for_timeout(50)
+    assert all(old != new for old, new in zip(before, (picture(page, "x2"), picture(page, "V")), strict=True))
+    page.locator("#whole").click()
+    page.wait_for_timeout(50)
+    assert (picture(page, "x2"), picture(page, "V")) == before
+
+
+def test_dragging_across_a_chart_zooms(page: Page) -> None:
+    chart = page.locator("#trajectories [data-signal=x1] .u-over")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    assert box
+    page.mouse.move(box["x"] + box["width"] / 4, box["y"] + 20)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 20, steps=3)
+    page.mouse.up()
+    horizon = float(SCENARIOS["lesson"].horizon)
+    ends = [float(page.locator(end).input_value()) for end in ("#from", "#to")]
+    assert ends == pytest.approx([horizon / 4, horizon / 2], rel=0.05)
+    page.locator("#whole").click()
+
+
+# ---- Code ----
+
+
+def test_steps_line_up_across_the_columns(page: Page) -> None:
+    rows = page.evaluate(
+        """() => [...document.querySelectorAll('.step')].map((step) =>
+          [...step.querySelectorAll('.column:not([hidden]) h4')].map((head) => head.offsetTop))"""
+    )
+    assert rows and all(len(row) == len(PORTS) and len(set(row)) == 1 for row in rows)
+
+
+@pytest.mark.skipif(not {"java", "matlab"} <= PORTS.keys(), reason="PORTS leaves out java or matlab")
+def test_two_clicks_set_java_beside_matlab(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report)
+    other.page.set_viewport_size({"width": 1300, "height": 900})
+    other.page.reload()
+    other.page.locator("[data-code=matlab]").click()
+    other.page.get_by_role("link", name="Tuning function").first.click()
+    other.page.wait_for_timeout(100)
+    columns = [other.page.locator(f"[data-port={port}][data-step=tuning-function]") for port in ("java", "matlab")]
+    boxes = [column.bounding_box() for column in columns]
+    assert all(boxes) and boxes[0]["y"] == boxes[1]["y"] and 0 < boxes[0]["y"] < 900  # type: ignore[index]
+    assert all("tau2 = x1 * z1" in column.inner_text() for column in columns)
+    other.page.context.close()
+
+
+def test_copy_gives_the_code_as_it_stands(page: Page) -> None:
+    port = next(iter(PORTS.values()))
+    page.locator(f".column[data-port={port.name}][data-step=tuning-function] .copy").click()
+    page.wait_for_timeout(50)
+    assert page.evaluate("navigator.clipboard.readText()") == cut(port)["tuning-function"]
+
+
+# ---- Exercises ----
+
+
+def test_exercise_opens_with_its_curves_and_its_diffs(page: Page) -> None:
+    name = next(iter(read_variants()))
+    details = page.locator(f"#exercise-{name}")
+    details.locator("summary").click()
+    assert details.locator(".diff").first.is_visible()
+    assert details.locator("canvas").count() == details.locator(".chart").count()
+
+
+# ---- Playground ----
+
+
+def write_csv(page: Page, program: str, preset: str, path: Path) -> Path:
+    page.locator(f"input[name=program][value={program}]").check()
+    page.locator("[data-preset]").get_by_text(preset.replace("-", " "), exact=True).click()
+    path.write_text(page.evaluate("playgroundCsv()"))
+    return path
+
+
+@pytest.mark.parametrize("preset", ["lesson", "no-excitation"])
+def test_playground_passes_every_check(page: Page, preset: str, tmp_path: Path) -> None:
+    verdict = judge_file(write_csv(page, "lesson", preset, tmp_path / "playground.csv"), SCENARIOS[preset])
+    assert verdict.conforms, verdict.reason
+
+
+@pytest.mark.parametrize("program", mistakes(read_variants().values()))
+def test_mistake_in_the_playground_is_refused(page: Page, program: str, tmp_path: Path) -> None:
+    verdict = judge_file(write_csv(page, program, "lesson", tmp_path / "playground.csv"), SCENARIOS["lesson"])
+    assert not verdict.conforms
+
+
+def test_sliders_move_the_curves_within_a_frame(page: Page, record_testsuite_property: Any) -> None:
+    page.locator("input[name=program][value=lesson]").check()
+    before = {signal: picture(page, signal, "#playground") for signal in ("z1", "theta_hat", "V")}
+    page.locator("input[name=k1]").press("ArrowRight")
+    page.wait_for_timeout(100)
+    assert all(picture(page, signal, "#playground") != drawn for signal, drawn in before.items())
+    took = "() => { const start = performance.now(); update(); return performance.now() - start; }"
+    fastest = min(page.evaluate(took) for _ in range(10))
+    record_testsuite_property("playground integrated and drawn in (ms)", round(fastest, 1))
+    assert fastest <= FRAME
+
+
+def test_blow_up_is_told(page: Page, tmp_path: Path) -> None:
+    write_csv(page, "sine-of-x2", "lesson", tmp_path / "playground.csv")
+    assert "The integration fails after 0." in page.locator("#playground .outcome").inner_text()
+
+
+# ---- Every screen ----
+
+
+@pytest.mark.parametrize("screen", SCREENS)
+def test_page_is_accessible_and_fits_the_screen(browser: Browser, report: Path, screen: str) -> None:
+    other = open_page(browser, report, screen)
+    show_all(other.page)
+    other.page.screenshot(path=report.with_name(screen.replace(" ", "-") + ".png"), full_page=True)
+    assert other.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    found = Axe().run(other.page, context={"exclude": [[".code"]]})  # for their contrast, see test_page
+    assert found.violations_count == 0, found.generate_report()
+    other.page.context.close()
+
+
+def test_inaccessible_page_would_be_refused(browser: Browser) -> None:
+    bare = browser.new_page()
+    bare.set_content("<img src='data:,'><button></button>")
+    assert Axe().run(bare).violations_count > 0
+    bare.close()
