@@ -37,6 +37,13 @@ def positive(text: str) -> Fraction:
     return value
 
 
+def positive_count(text: str) -> int:
+    """A positive whole number."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a positive whole number")
+    return int(text)
+
+
 def digit_count(text: str) -> int:
     """A number of significant digits."""
     if not text.isdecimal() or not 1 <= int(text) <= 100:
@@ -116,6 +123,21 @@ def parser() -> Parser:
     when.add_argument("--times", type=exact_times, metavar="T,T,...", help=f"times in s, each {EXACT}")
     when.add_argument("--step", type=positive, default=Fraction(1, 10), help="every so many s (default: 0.1)")
     truth.add_argument("--digits", type=digit_count, default=20, help="significant digits printed (default: 20)")
+    random = commands.add_parser(
+        "campaign",
+        help="random scenarios, every program on each",
+        description="Draw scenarios, run every program on each, and judge each run against the scenario's own proven "
+        "solution. What is done is kept and not done again. The exit status is 0 where every run conforms, 1 where one "
+        "does not, 2 where the campaign cannot be run.",
+    )
+    random.add_argument("--count", type=positive_count, default=10, help="scenarios (default: 10)")
+    random.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")
+    random.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
+    random.add_argument(
+        "--jobs", type=positive_count, default=os.cpu_count(), help="worker processes here (default: one per core)"
+    )
+    random.add_argument("--scheduler", metavar="ADDRESS", help="use this Dask cluster, such as tcp://host:8786")
+    random.add_argument("--folder", type=Path, help="where results are kept (default: build/campaign)")
     return top
 
 
@@ -128,7 +150,7 @@ def main() -> int:
     except (ValueError, OSError) as error:
         top.error(f"{arguments.command}: {error}")
     except KeyboardInterrupt:
-        top.exit(130, f"{top.prog}: {arguments.command}: interrupted\n")
+        top.exit(130, f"{top.prog}: {arguments.command}: interrupted; what is done is kept\n")
 
 
 def print_table(arguments: argparse.Namespace) -> int:
@@ -287,7 +309,26 @@ def print_truth(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def campaign(arguments: argparse.Namespace) -> int:
+    """The outcomes of a campaign, counted; what failed comes with the scenario that reproduces it."""
+    from tqdm import tqdm
+
+    from conformance.campaign import FOLDER, draw, prepare_all, report, run_campaign, trial
+    from conformance.ports import selected_ports
+
+    ports = selected_ports(names=arguments.ports)
+    folder = (arguments.folder or FOLDER).resolve()
+    programs = prepare_all(ports.values())
+    scenarios = [draw(arguments.seed, number) for number in range(arguments.count)]
+    trials = [trial(scenario, program, folder) for scenario in scenarios for program in programs]
+    outcomes = run_campaign(trials, arguments.scheduler, arguments.jobs or os.cpu_count() or 1)
+    done = list(tqdm(outcomes, total=len(trials), unit="run", disable=None))
+    print(report(done, folder))
+    return 0 if all(outcome.status == "pass" for outcome in done) else 1
+
+
 COMMANDS = {
+    "campaign": campaign,
     "table": print_table,
     "check": check,
     "report": report,

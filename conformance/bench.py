@@ -19,8 +19,8 @@ import sympy as sp
 from conformance.edits import constant_edit, edited
 from conformance.exact import exact
 from conformance.experiment import problem
-from conformance.ports import ROOT, Port, read_ports
-from conformance.run import choose_engine, in_place
+from conformance.ports import ROOT, read_ports
+from conformance.run import choose_engine, compile_command, in_place
 from conformance.scenario import LESSON
 from conformance.table import layout
 from conformance.trajectory import load
@@ -50,14 +50,6 @@ def copy_of_the_tree(folder: Path) -> Path:
     return folder
 
 
-def compile_command(port: Port, root: Path) -> str | None:
-    """The compiler's line of the Makefile, where there is one."""
-    if not port.target:
-        return None
-    command = ["make", "-n", f"build/{port.name}/{port.target}"]
-    return subprocess.run(command, cwd=root, capture_output=True, text=True).stdout.splitlines()[-1]
-
-
 def bench_make() -> None:
     """make -j2 all against the same commands typed bare, one after another."""
     with tempfile.TemporaryDirectory() as name:
@@ -66,7 +58,7 @@ def bench_make() -> None:
         rows: list[tuple[str, ...]] = [("port", "compile s", "start-up s", "run s", "start-up and compile, share")]
         for port in read_ports(root).values():
             port.build.mkdir(parents=True)
-            compiler = compile_command(port, root)
+            compiler = compile_command(port)
             if compiler:
                 (port.build / "bin").mkdir()
             compiled = seconds(compiler, root) if compiler else 0.0

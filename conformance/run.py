@@ -7,6 +7,7 @@ after a success, the empty file `done` for make. With --engine, only asks that a
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 import time
@@ -52,20 +53,35 @@ def engine_version(engine: Engine, folder: Path) -> str:
     return said.splitlines()[0]
 
 
+def compile_command(port: Port) -> list[str]:
+    """The compiler's line of the Makefile, to be run at the top of a tree; nothing where nothing is compiled."""
+    if not port.target:
+        return []
+    make = ["make", "--dry-run", "--always-make", f"build/{port.name}/{port.target}"]
+    plain = {name: value for name, value in os.environ.items() if name not in ("PORTS", "MAKEFLAGS", "MAKELEVEL")}
+    answer = subprocess.run(make, cwd=port.folder.parent, env=plain, capture_output=True, text=True, check=True)
+    return shlex.split(answer.stdout.splitlines()[-1])
+
+
+def headless() -> dict[str, str]:
+    """The environment without a display."""
+    kept = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    return {**kept, "MPLBACKEND": "agg"}
+
+
 def run(port: Port) -> int:
     """Run the port and write its record; returns the exit status."""
     engine = choose_engine(port)
     clear(port.build)
     source_hash = port.source_hash()
     version = engine_version(engine, port.build)
-    headless = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = in_place(engine.command)
     start, clock = datetime.now(UTC), time.perf_counter()
     with open(port.stdout, "wb") as stdout, open(port.build / "stderr.txt", "wb") as stderr:
         status = subprocess.run(
             command,
             cwd=port.build,
-            env={**headless, "MPLBACKEND": "agg"},
+            env=headless(),
             stdin=subprocess.DEVNULL,
             stdout=stdout,
             stderr=stderr,
