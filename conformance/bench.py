@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """How long things take, printed as ratios of one run on one machine: make bench."""
 
+import os
 import random
 import resource
 import subprocess
@@ -8,6 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -16,6 +18,7 @@ import mpmath
 import numpy as np
 import sympy as sp
 
+from conformance.campaign import Trial, draw, prepare_all, run_campaign, run_program, scratch_tree, trial
 from conformance.edits import constant_edit, edited
 from conformance.exact import exact
 from conformance.experiment import problem
@@ -220,8 +223,34 @@ def bench_fuzz(limit: float = 60.0) -> None:
     )
 
 
+def bench_campaign(count: int = 4) -> None:
+    """A campaign on all cores, proofs included, against its compilers and engines alone, as many at a time."""
+    cores = os.cpu_count() or 1
+    programs = prepare_all(read_ports().values())
+    seed = time.time_ns()  # scenarios whose proofs are in no cache
+    with tempfile.TemporaryDirectory() as name, ThreadPoolExecutor(cores) as executor:
+        trials = [trial(draw(seed, number), program, Path(name)) for number in range(count) for program in programs]
+        problems, bare = timed(lambda: list(executor.map(run_alone, trials)))
+        outcomes, whole = timed(lambda: list(run_campaign(trials, jobs=cores)))
+        _, again = timed(lambda: list(run_campaign(trials, jobs=cores)))
+    passed = sum(outcome.status == "pass" for outcome in outcomes)
+    print(
+        f"campaign, {count} scenarios on {cores} cores: {passed} of {len(trials)} runs conform in {whole:.1f} s;",
+        end=" ",
+    )
+    print(f"compilers and engines alone {bare:.1f} s, {bare / whole:.2f} of it (aim: 0.8); again: {again:.2f} s")
+    print("".join(f"  {problem}\n" for problem in problems if problem), end="")
+
+
+def run_alone(one: Trial) -> str:
+    """Compile and run a trial without judging it; returns what went wrong, or nothing."""
+    with scratch_tree(one) as tree:
+        return run_program(one, tree)
+
+
 if __name__ == "__main__":
     bench_make()
+    bench_campaign()
     bench_truth()
     bench_validate()
     bench_fuzz()

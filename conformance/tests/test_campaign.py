@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: MIT
+"""A campaign judges every program on random scenarios, survives the death of a worker, and does nothing twice."""
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from conformance import campaign
+from conformance.campaign import RANGES, Trial, carry_out, draw, known, prepare, report, trial
+from conformance.edits import Edit, edited
+from conformance.ports import ROOT, read_ports
+from conformance.scenario import LESSON, read_scenario
+from conformance.tests.programs import PORTS
+from conformance.verdict import judge_file
+
+COUNT, SEED = 2, 17
+
+
+# ---- Drawing ----
+
+
+def test_a_scenario_depends_on_seed_and_number_alone() -> None:
+    assert draw(1, 5) == draw(1, 5) and len({draw(seed, n) for seed in range(3) for n in range(50)}) == 150
+
+
+def test_draws_fill_the_ranges_and_stay_inside() -> None:
+    drawn = [draw(0, n) for n in range(2000)]
+    for name, (low, high, grain) in RANGES.items():
+        values = [getattr(scenario, name) for scenario in drawn]
+        width = Fraction(high) - Fraction(low)
+        assert Fraction(low) <= min(values) <= Fraction(low) + width / 20, name
+        assert Fraction(high) >= max(values) >= Fraction(high) - width / 20, name
+        assert all((value / Fraction(grain)).denominator == 1 for value in values), name
+    assert {scenario.wave for scenario in drawn} == {"sin", "cos"}
+
+
+def test_the_lesson_itself_could_be_drawn() -> None:
+    for name, (low, high, grain) in RANGES.items():
+        value = getattr(LESSON, name)
+        assert Fraction(low) <= value <= Fraction(high) and (value / Fraction(grain)).denominator == 1, name
+
+
+# ---- On a cluster that loses a worker ----
+
+
+@dataclass(frozen=True)
+class Survived:
+    """A campaign during which one of two workers was killed: its folder, its answer, and what was there by then."""
+
+    folder: Path
+    address: str
+    answer: str
+    early: dict[Path, int]  # results before the death, and when they were written (ns)
+
+
+def arguments(folder: Path, *more: str) -> list[str]:
+    words = ["campaign", "--count", str(COUNT), "--seed", str(SEED), "--folder", str(folder), "--ports", *PORTS, *more]
+    return [sys.executable, "-m", "conformance", *words]
+
+
+def results(folder: Path) -> dict[Path, int]:
+    return {path: path.stat().st_mtime_ns for path in folder.glob("*/*.json")}
+
+
+@contextlib.contextmanager
+def process(*words: str) -> Iterator[subprocess.Popen[str]]:
+    """A process that has ended when the block has."""
+    with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as started:
+        try:
+            yield started
+        finally:
+            started.kill()
+
+
+@pytest.fixture(scope="module")
+def survived(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Survived]:
+    folder = tmp_path_factory.mktemp("campaign")
+    place = folder / "scheduler.json"
+    dask = [sys.executable, "-m", "dask"]
+    worker = [*dask, "worker", "--scheduler-file", str(place), "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    with (
+        process(*dask, "scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", str(place)),
+        process(*worker) as victim,
+        process(*worker),
+    ):
+        wait_for(place.exists)
+        address = json.loads(place.read_text())["address"]
+        with process(*arguments(folder / "results", "--scheduler", address)) as asked:
+            wait_for(lambda: results(folder / "results") or asked.poll() is not None)
+            early = results(folder / "results")
+            victim.kill()
+            answer, _ = asked.communicate(timeout=300)
+        yield Survived(folder / "results", address, answer, early)
+
+
+def wait_for(event: Callable[[], object], patience: float = 120) -> None:
+    started = time.monotonic()
+    while not event():
+        assert time.monotonic() - started < patience, "nothing came"
+        time.sleep(0.02)
+
+
+def test_every_program_conforms_on_random_scenarios_though_a_worker_died(survived: Survived) -> None:
+    wanted = COUNT * len(PORTS)
+    assert 0 < len(survived.early) < wanted, "the worker did not die half-way"
+    assert survived.answer.splitlines()[-1] == f"{wanted} of {wanted} runs on {COUNT} scenarios conform"
+
+
+def test_every_result_is_there_once(survived: Survived) -> None:
+    found = results(survived.folder)
+    assert len(found) == COUNT * len(PORTS)
+    assert {path: found[path] for path in survived.early} == survived.early, "a result was made a second time"
+
+
+def test_what_is_done_is_not_done_again(survived: Survived) -> None:
+    before = results(survived.folder)
+    again = subprocess.run(arguments(survived.folder), cwd=ROOT, capture_output=True, text=True)
+    assert again.returncode == 0 and again.stdout == survived.answer, again.stderr
+    assert results(survived.folder) == before
+
+
+# ---- One trial ----
+
+
+@pytest.fixture
+def one(tmp_path: Path) -> Trial:
+    """The quickest program on the scenario of the campaign, whose proof is in the cache."""
+    return trial(replace(draw(SEED, 0), horizon=Fraction(1)), prepare(read_ports()["cpp"]), tmp_path)
+
+
+def spoilt(one: Trial, old: str, new: str) -> Trial:
+    return replace(one, text=edited(one.text, [Edit(old, new)]), key="spoilt")
+
+
+def test_a_wrong_program_fails_and_what_is_printed_reproduces_it(one: Trial, tmp_path: Path) -> None:
+    outcome = carry_out(spoilt(one, " - x1 * theta_hat_dot;", ";"), "")
+    assert outcome.status == "fail" and "(16)" in outcome.reason
+    text = report([outcome], tmp_path)
+    printed = tmp_path / "printed.toml"
+    printed.write_text(text[text.index("[scenario]") : text.index("# python")])
+    assert read_scenario(printed) == one.scenario
+    command = next(line for line in text.splitlines() if line.startswith("# python -m conformance validate"))
+    path, toml = (Path(word) for word in command.split()[5::2])
+    assert judge_file(path, read_scenario(toml)).reason == outcome.reason
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("double theta = ", "int theta = ", "g++ ended with status 1"),
+        ("if (!std::isfinite", "if (std::isfinite", "integration failed"),
+        ('csv_name = "Chapter', 'csv_name = "chapter', "no such file"),
+    ],
+)
+def test_a_program_without_a_csv_does_not_pass(one: Trial, old: str, new: str, reason: str) -> None:
+    outcome = carry_out(spoilt(one, old, new), "")
+    assert outcome.status != "pass" and reason in outcome.reason
+
+
+def test_a_program_that_does_not_end_is_stopped(one: Trial, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(campaign, "PATIENCE", 0.1)
+    assert "did not end within 0.1 s" in carry_out(one, "").reason
+
+
+def test_a_result_that_is_damaged_or_of_something_else_is_not_taken(one: Trial) -> None:
+    assert carry_out(one, "").status == "pass" and known(one) is not None
+    assert known(replace(one, key="of another source")) is None
+    one.path.write_text(one.path.read_text()[:-20])
+    assert known(one) is None
+
+
+def test_an_error_is_tried_again(one: Trial) -> None:
+    assert carry_out(one, "no enclosure").status == "error" and known(one) is None
+    assert carry_out(one, "").status == "pass"
+
+
+# ---- Bad input ----
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["--count", "0"], "expected a positive whole number"),
+        (["--seed", "x"], "invalid int value"),
+        (["--ports", "fortran"], "the ports are"),
+        (["--scheduler", "nowhere"], "scheduler"),
+    ],
+)
+def test_bad_input_is_answered_in_one_line(words: list[str], reason: str, tmp_path: Path) -> None:
+    answer = subprocess.run(
+        [sys.executable, "-m", "conformance", "campaign", "--folder", tmp_path, *words],
+        cwd=ROOT, capture_output=True, text=True, env={**os.environ, "PORTS": "cpp"},
+    )  # fmt: skip
+    assert answer.returncode == 2 and answer.stdout == ""
+    assert reason in answer.stderr and len(answer.stderr.splitlines()) == 1, answer.stderr
