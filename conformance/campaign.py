@@ -153,14 +153,17 @@ def known(one: Trial) -> Outcome | None:
 
 def prove(scenario: Scenario) -> str:
     """Have the proof of the exact solution in the cache; returns an obstacle, or nothing."""
-    from conformance.experiment import truth
+    from conformance import exact, experiment
     from conformance.truth import ProofEnded
 
     with HARNESS:
         try:
-            truth(scenario)
+            exact.exact(scenario)
         except ProofEnded as obstacle:
             return str(obstacle)
+        finally:
+            for kept in (exact.exact, experiment.truth, experiment.derived_loop):
+                kept.cache_clear()  # a worker sees thousands of scenarios
     return ""
 
 
@@ -225,11 +228,13 @@ def ended(command: Sequence[str], folder: Path, build: Path) -> str:
 
 def judged(one: Trial, tree: Path, seconds: float) -> Outcome:
     """The outcome of a program that ended well."""
+    from conformance.exact import exact
     from conformance.verdict import judge_file
 
     build = tree / "build" / one.program.name
     with HARNESS:
         verdict = judge_file(build / one.program.port.csv.name, one.scenario, build / "stdout.txt")
+        exact.cache_clear()
     errors = [r.figure for r in verdict.results if r.claim.endswith("-equals-the-exact-solution")]
     name = one.program.name
     return Outcome(name, one.folder.name, verdict.status, verdict.reason, max(errors, default=0.0), seconds)

@@ -192,7 +192,7 @@ def test_an_error_is_tried_again(one: Trial) -> None:
         (["--count", "0"], "expected a positive whole number"),
         (["--seed", "x"], "invalid int value"),
         (["--ports", "fortran"], "the ports are"),
-        (["--scheduler", "nowhere"], "scheduler"),
+        (["--scheduler", "nowhere"], "missing port number"),
     ],
 )
 def test_bad_input_is_answered_in_one_line(words: list[str], reason: str, tmp_path: Path) -> None:
