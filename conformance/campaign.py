@@ -254,17 +254,27 @@ def keep_files(one: Trial, tree: Path) -> None:
 @contextmanager
 def cluster_client(scheduler: str | None, jobs: int) -> Iterator[Any]:
     """A client of the scheduler at that address, or of as many worker processes here."""
+    os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "critical")  # workers tell of every interrupted task
     from distributed import Client, LocalCluster
 
     if scheduler:
         with Client(scheduler, timeout="10s") as client:
             yield client
-    else:
-        with (
-            LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address=None) as cluster,
-            Client(cluster) as client,
-        ):
-            yield client
+        return
+    with uninterrupted():
+        cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address=None)
+    with cluster, Client(cluster) as client:
+        yield client
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """What is started here does not hear the interrupt key: whoever started it ends it."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def run_campaign(

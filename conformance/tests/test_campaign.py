@@ -4,6 +4,7 @@
 import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -126,6 +127,16 @@ def test_what_is_done_is_not_done_again(survived: Survived) -> None:
     again = subprocess.run(arguments(survived.folder), cwd=ROOT, capture_output=True, text=True)
     assert again.returncode == 0 and again.stdout == survived.answer, again.stderr
     assert results(survived.folder) == before
+
+
+def test_an_interrupted_campaign_keeps_what_is_done(tmp_path: Path) -> None:
+    words = arguments(tmp_path, "--ports", "cpp", "--jobs", "1")
+    with subprocess.Popen(words, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True) as asked:
+        wait_for(lambda: results(tmp_path) or asked.poll() is not None)
+        os.killpg(asked.pid, signal.SIGINT)
+        _, said = asked.communicate(timeout=60)
+    assert (asked.returncode, said) == (130, "conformance: campaign: interrupted; what is done is kept\n")
+    assert len(results(tmp_path)) == 1
 
 
 # ---- One trial ----
