@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from conformance.checks import Tolerance
+from conformance.exact import KEPT
 from conformance.ports import ROOT, Port
 from conformance.report.page import write_page
 from conformance.scenario import LESSON
@@ -15,6 +16,14 @@ from conformance.tests.programs import PORTS, engine_of, trajectory_of
 from conformance.trajectory import Trajectory
 from conformance.variant import copy_tree
 from conformance.verdict import judge_all, summary, to_json, write_atomically
+
+SLOWEST_FIRST = ("test_variants", "test_campaign", "test_bad_luck", "test_new_port", "test_makefile", "test_truth")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The slow ones first, so that all cores are busy to the end."""
+    rank = {name: place for place, name in enumerate(SLOWEST_FIRST)}
+    items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -42,11 +51,17 @@ def report() -> Path:
 
 @pytest.fixture
 def copy_of_the_tree(tmp_path: Path) -> Callable[..., Path]:
-    """A function that copies the tree, changed by edits, to a folder whose name has a space; it shares .venv."""
+    """A function that copies the tree, changed by edits, to a folder whose name has a space.
+
+    The copy shares .venv and the proofs in build/truth.
+    """
 
     def copy(*edits: Callable[[Path], None]) -> Path:
         root = tmp_path / "a copy"
         copy_tree(root)
+        KEPT.mkdir(parents=True, exist_ok=True)
+        (root / "build").mkdir()
+        (root / "build" / "truth").symlink_to(KEPT)
         for edit in edits:
             edit(root)
         return root

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A program that cannot finish says so in one line, ends with a non-zero status, and leaves no CSV that looks whole."""
 
+import functools
+import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +15,7 @@ from conformance.run import choose_engine, in_place
 from conformance.scenario import LESSON
 from conformance.tests.programs import make, record
 from conformance.trajectory import load
+from conformance.variant import copy_tree
 from conformance.verdict import report_problems
 
 ENGINE_REMARK = "error: ignoring const execution_exception& while preparing to exit\n"  # GNU Octave 7.3, at every end
@@ -24,24 +27,43 @@ def set_constant(port: Port, name: str, value: str) -> None:
     port.source_path.write_text(edited(text, [constant_edit(port, text, name, value)]))
 
 
+def compile_program(port: Port) -> None:
+    """Bring a copied program's compiled form up to date, where it has one."""
+    if port.target:
+        built = make(port.folder.parent, f"build/{port.name}/{port.target}")
+        assert built.returncode == 0, built.stderr
+
+
 def start(port: Port) -> subprocess.CompletedProcess[str]:
     """Run a copied program bare, in its build folder."""
-    root = port.folder.parent
     port.build.mkdir(parents=True, exist_ok=True)
-    if port.target:
-        built = make(root, f"build/{port.name}/{port.target}")
-        assert built.returncode == 0, built.stderr
+    compile_program(port)
     command = in_place(choose_engine(port).command)
     return subprocess.run(command, cwd=port.build, capture_output=True, text=True, timeout=120)
 
 
+@pytest.fixture(scope="module")
+def short_trees(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """A function that gives a tree in which the program of that name, over 0.1 s instead of 20 s, is compiled once."""
+
+    @functools.cache
+    def tree(name: str) -> Path:
+        root = tmp_path_factory.mktemp(name)
+        copy_tree(root)
+        port = read_ports(root)[name]
+        set_constant(port, "t_final", "0.1")
+        compile_program(port)
+        return root
+
+    return tree
+
+
 @pytest.fixture
-def short_program(port: Port, copy_of_the_tree: Callable[..., Path]) -> Port:
-    """The program in a copy of the tree, over 0.1 s instead of 20 s."""
+def short_program(port: Port, short_trees: Callable[[str], Path], tmp_path: Path) -> Port:
+    """The program in a copy of that tree."""
     record(port)
-    copied = read_ports(copy_of_the_tree())[port.name]
-    set_constant(copied, "t_final", "0.1")
-    return copied
+    root = Path(shutil.copytree(short_trees(port.name), tmp_path / "a copy", symlinks=True))
+    return read_ports(root)[port.name]
 
 
 def assert_refused(port: Port, answer: subprocess.CompletedProcess[str], reason: str) -> None:
@@ -57,7 +79,7 @@ def test_csv_name_that_is_a_folder(short_program: Port) -> None:
 
 
 def test_full_disk(short_program: Port) -> None:
-    short_program.build.mkdir(parents=True)
+    short_program.build.mkdir(parents=True, exist_ok=True)
     Path(f"{short_program.csv}.part").symlink_to("/dev/full")
     assert_refused(short_program, start(short_program), "")
 
@@ -69,7 +91,7 @@ def test_integration_that_blows_up(short_program: Port, constant: str) -> None:
 
 
 def test_short_program_ends_well_and_replaces_an_old_csv(short_program: Port) -> None:
-    short_program.build.mkdir(parents=True)
+    short_program.build.mkdir(parents=True, exist_ok=True)
     short_program.csv.write_text("of an earlier run\n")
     answer = start(short_program)
     assert answer.returncode == 0, answer.stderr

@@ -63,6 +63,9 @@ class Survived:
     early: dict[Path, int]  # results before the death, and when they were written (ns)
 
 
+on_the_cluster = pytest.mark.xdist_group("campaign")  # one process for the tests that share it
+
+
 def arguments(folder: Path, *more: str) -> list[str]:
     words = ["campaign", "--count", str(COUNT), "--seed", str(SEED), "--folder", str(folder), "--ports", *PORTS, *more]
     return [sys.executable, "-m", "conformance", *words]
@@ -110,18 +113,21 @@ def wait_for(event: Callable[[], object], patience: float = 120) -> None:
         time.sleep(0.02)
 
 
+@on_the_cluster
 def test_every_program_conforms_on_random_scenarios_though_a_worker_died(survived: Survived) -> None:
     wanted = COUNT * len(PORTS)
     assert 0 < len(survived.early) < wanted, "the worker did not die half-way"
     assert survived.answer.splitlines()[-1] == f"{wanted} of {wanted} runs on {COUNT} scenarios conform"
 
 
+@on_the_cluster
 def test_every_result_is_there_once(survived: Survived) -> None:
     found = results(survived.folder)
     assert len(found) == COUNT * len(PORTS)
     assert {path: found[path] for path in survived.early} == survived.early, "a result was made a second time"
 
 
+@on_the_cluster
 def test_what_is_done_is_not_done_again(survived: Survived) -> None:
     before = results(survived.folder)
     again = subprocess.run(arguments(survived.folder), cwd=ROOT, capture_output=True, text=True)

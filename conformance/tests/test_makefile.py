@@ -14,17 +14,25 @@ import pytest
 from conformance.ports import read_ports
 from conformance.run import choose_engine
 from conformance.tests.programs import make
+from conformance.variant import copy_tree
 
 CopyOfTheTree = Callable[..., Path]
 
 
-@pytest.fixture
-def tree(copy_of_the_tree: CopyOfTheTree) -> Path:
-    """A copy in which cpp has run."""
-    root = copy_of_the_tree()
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy in which cpp has run, once for all tests."""
+    root = tmp_path_factory.mktemp("made")
+    copy_tree(root)
     answer = make(root, "cpp")
     assert answer.returncode == 0, answer.stderr
     return root
+
+
+@pytest.fixture
+def tree(made: Path, tmp_path: Path) -> Path:
+    """A copy of that copy, as old."""
+    return Path(shutil.copytree(made, tmp_path / "a copy", symlinks=True))
 
 
 def without(program: str, tmp_path: Path) -> str:
@@ -72,10 +80,10 @@ def test_a_program_that_fails_is_not_taken_for_done(tree: Path) -> None:
 def test_missing_engine_is_named_with_what_to_install(copy_of_the_tree: CopyOfTheTree, tmp_path: Path) -> None:
     root = copy_of_the_tree()
     path = without("g++", tmp_path)
-    answer = make(root, "--keep-going", "all", PORTS="cpp python", PATH=path)
+    answer = make(root, "--keep-going", "all", PORTS="cpp java", PATH=path)
     assert answer.returncode != 0
     assert "cpp: no engine found: it needs GCC (g++; install the Debian package g++" in answer.stderr
-    assert (root / "build/python/done").exists()
+    assert (root / "build/java/done").exists()
     assert "cpp did not run" in [" ".join(line.split()) for line in answer.stdout.splitlines()]
 
 
