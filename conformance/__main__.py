@@ -10,6 +10,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import NoReturn
 
+from conformance.scenario import RANGES
+
 GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
 RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform$"
 SCENARIO = "the experiment: lesson, problem-6, no-excitation, or a TOML file with a table [scenario] (default: lesson)"
@@ -129,6 +131,8 @@ def parser() -> Parser:
         description="Draw scenarios, run every program on each, and judge each run against the scenario's own proven "
         "solution. What is done is kept and not done again. The exit status is 0 where every run conforms, 1 where one "
         "does not, 2 where the campaign cannot be run.",
+        epilog=f"Drawn evenly: {', '.join(f'{name} from {low} to {high}' for name, (low, high, _) in RANGES.items())}; "
+        "r is a sine or a cosine. See docs/campaign.md.",
     )
     random.add_argument("--count", type=positive_count, default=10, help="scenarios (default: 10)")
     random.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")

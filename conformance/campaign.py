@@ -26,24 +26,11 @@ from typing import Any
 from conformance.edits import edited, scenario_edits, without_drawing
 from conformance.ports import ROOT, Port
 from conformance.run import choose_engine, compile_command, engine_version, headless, in_place
-from conformance.scenario import WAVES, Scenario, to_toml
+from conformance.scenario import RANGES, WAVES, Scenario, to_toml
 from conformance.table import layout
 
 FOLDER = ROOT / "build" / "campaign"
 PATIENCE = 120  # s, for one compilation or one run; the slowest program needs 5
-RANGES = {  # lowest, highest, grain: a number is drawn evenly from the multiples of its grain
-    "theta": ("-1.5", "1.5", "0.01"),
-    "k1": ("0.5", "2.5", "0.01"),
-    "k2": ("0.5", "2.5", "0.01"),
-    "gamma": ("0.5", "3", "0.01"),
-    "amplitude": ("0", "1", "0.01"),
-    "omega": ("0.1", "2", "0.01"),
-    "phase": ("-3.1", "3.1", "0.1"),
-    "x1_start": ("-1.2", "1.2", "0.01"),
-    "x2_start": ("-1", "1", "0.01"),
-    "theta_hat_start": ("-1", "1", "0.01"),
-    "horizon": ("10", "20", "0.5"),  # a multiple of every program's step
-}
 HARNESS = threading.Lock()  # the precision of ball arithmetic is global: one proof or judgement at a time per process
 
 

@@ -45,6 +45,19 @@ SCENARIOS = {
     "no-excitation": Scenario(amplitude=Fraction(0)),
 }
 LESSON = SCENARIOS["lesson"]
+RANGES = {  # of random scenarios: lowest, highest, grain; docs/campaign.md tells why
+    "theta": ("-1.5", "1.5", "0.01"),
+    "k1": ("0.5", "2.5", "0.01"),
+    "k2": ("0.5", "2.5", "0.01"),
+    "gamma": ("0.5", "3", "0.01"),
+    "amplitude": ("0", "1", "0.01"),
+    "omega": ("0.1", "2", "0.01"),
+    "phase": ("-3.1", "3.1", "0.1"),
+    "x1_start": ("-1.2", "1.2", "0.01"),
+    "x2_start": ("-1", "1", "0.01"),
+    "theta_hat_start": ("-1", "1", "0.01"),
+    "horizon": ("10", "20", "0.5"),  # a multiple of every program's step
+}
 
 
 def scenario_named(name: str) -> Scenario:

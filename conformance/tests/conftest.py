@@ -70,8 +70,10 @@ def copy_of_the_tree(tmp_path: Path) -> Callable[..., Path]:
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Show the verdicts before pytest's own last line, and leave them as JSON."""
+    """Show the verdicts before pytest's own last line, and leave them as JSON and as the page."""
     judgement = judge_all(PORTS, LESSON)
     write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
+    if PAGE_IS_POSSIBLE:
+        write_page(PAGE, PORTS)
     terminalreporter.section("programs")
     terminalreporter.write_line(summary(judgement))

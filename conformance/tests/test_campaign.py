@@ -16,10 +16,10 @@ from pathlib import Path
 import pytest
 
 from conformance import campaign
-from conformance.campaign import RANGES, Trial, carry_out, draw, known, prepare, report, trial
+from conformance.campaign import Trial, carry_out, draw, known, prepare, report, trial
 from conformance.edits import Edit, edited
 from conformance.ports import ROOT, read_ports
-from conformance.scenario import LESSON, read_scenario
+from conformance.scenario import LESSON, RANGES, read_scenario
 from conformance.tests.programs import PORTS
 from conformance.verdict import judge_file
 
