@@ -17,6 +17,7 @@ from conformance.trajectory import Trajectory
 from conformance.variant import copy_tree
 from conformance.verdict import judge_all, summary, to_json, write_atomically
 
+PAGE = ROOT / "build" / "report" / "index.html"
 SLOWEST_FIRST = ("test_variants", "test_campaign", "test_bad_luck", "test_new_port", "test_makefile", "test_truth")
 
 
@@ -44,9 +45,8 @@ def tolerance(port: Port) -> Tolerance:
 @pytest.fixture(scope="session")
 def report() -> Path:
     """The page on the programs under test."""
-    path = ROOT / "build" / "report" / "index.html"
-    write_page(path, PORTS)
-    return path
+    write_page(PAGE, PORTS)
+    return PAGE
 
 
 @pytest.fixture
@@ -73,7 +73,10 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Show the verdicts before pytest's own last line, and leave them as JSON and as the page."""
     judgement = judge_all(PORTS, LESSON)
     write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
-    if PAGE_IS_POSSIBLE:
-        write_page(PAGE, PORTS)
     terminalreporter.section("programs")
     terminalreporter.write_line(summary(judgement))
+    try:
+        write_page(PAGE, PORTS)
+        terminalreporter.write_line(f"the page: {PAGE}")
+    except ValueError as obstacle:
+        terminalreporter.write_line(f"no page: {obstacle}")

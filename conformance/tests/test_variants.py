@@ -220,6 +220,26 @@ def test_a_variant_that_makes_no_sense_is_refused_in_one_line(case: str, tmp_pat
         read_variant(path)
 
 
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["variants", "nothing"], "found nothing, expected of euler-step"),
+        (["variants", "--ports", "fortran"], "PORTS: fortran; the ports are"),
+        (["mutants", "--ports", "fortran"], "PORTS: fortran; the ports are"),
+    ],
+)
+def test_a_name_that_is_none_is_answered_in_one_line(words: list[str], reason: str) -> None:
+    answer = subprocess.run([sys.executable, "-m", "conformance", *words], cwd=ROOT, capture_output=True, text=True)
+    assert answer.returncode == 2 and answer.stdout == ""
+    assert reason in answer.stderr and len(answer.stderr.splitlines()) == 1
+
+
+def test_variants_are_run_by_name_and_told_in_a_table() -> None:
+    words = ["variants", MISTAKE.name, "--ports", FIRST.name]
+    answer = subprocess.run([sys.executable, "-m", "conformance", *words], cwd=ROOT, capture_output=True, text=True)
+    assert answer.returncode == 0 and answer.stdout.endswith("1 of 1 mistakes refused; 0 of 0 experiments conform\n")
+
+
 def test_every_named_check_is_one() -> None:
     named = {variant.refused_by for variant in VARIANTS.values()} - {"", OUTPUT}
     assert named <= {result.claim for result in outcome(MISTAKE, FIRST).verdict.results}
