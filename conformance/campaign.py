@@ -7,6 +7,7 @@ again, so an interrupted campaign goes on where it stopped. docs/campaign.md tel
 
 import hashlib
 import json
+import logging
 import os
 import random
 import shutil
@@ -241,7 +242,8 @@ def keep_files(one: Trial, tree: Path) -> None:
 @contextmanager
 def cluster_client(scheduler: str | None, jobs: int) -> Iterator[Any]:
     """A client of the scheduler at that address, or of as many worker processes here."""
-    os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "critical")  # workers tell of every interrupted task
+    os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "critical")  # an interruption would be told of many times
+    logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
     from distributed import Client, LocalCluster
 
     if scheduler:
@@ -249,7 +251,7 @@ def cluster_client(scheduler: str | None, jobs: int) -> Iterator[Any]:
             yield client
         return
     with uninterrupted():
-        cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address=None)
+        cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address="127.0.0.1:0")
     with cluster, Client(cluster) as client:
         yield client
 

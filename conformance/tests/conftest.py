@@ -18,7 +18,9 @@ from conformance.variant import copy_tree
 from conformance.verdict import judge_all, summary, to_json, write_atomically
 
 PAGE = ROOT / "build" / "report" / "index.html"
-SLOWEST_FIRST = ("test_variants", "test_campaign", "test_bad_luck", "test_new_port", "test_makefile", "test_truth")
+SLOWEST_FIRST = (
+    "test_variants", "test_campaign", "test_browser", "test_bad_luck", "test_new_port", "test_makefile", "test_truth",
+)  # fmt: skip
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

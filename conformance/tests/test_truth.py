@@ -18,7 +18,6 @@ from conformance.tests.problems import CLOSED, R, lesson
 from conformance.truth import Enclosure, enclose
 
 TARGET = 1e-18
-pytestmark = pytest.mark.xdist_group("truth")  # one process, which proves the experiment once
 
 REFERENCE_POINTS = {  # x1, x2, theta_hat to 15 significant digits: the lesson's experiment, (10)
     "0.1": ("1.17342048378473", "-2.96869266344466", "1.87081572148824"),
