@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -29,8 +30,9 @@ from conformance.scenario import LESSON, Scenario, scenario
 DATA = Path(__file__).with_name("variants")
 BUILD = ROOT / "build" / "variants"
 PATIENCE = 60  # s, for one program; the slowest needs 5
-RUNS_ON = ("requirements.txt", "conformance/run.py")  # beside the port's own folder and its engine
-BRINGS = ("Makefile", "conformance/__init__.py", "conformance/ports.py", "conformance/setup.sh")  # what make needs too
+RUNNER = ROOT / "conformance" / "run.py"
+PACKAGES = ("numpy", "scipy", "woxi")  # of .venv, on which programs run
+MAKE_NEEDS = ("Makefile", "conformance/__init__.py", "conformance/ports.py", "conformance/setup.sh")
 EVERY = "every"  # stands for all ports; its text is in snake_case, spelled for each
 KEYS = {"title", "section", "shows", "refused_by", "scenario", "constants", "edits", "without"}
 
@@ -142,7 +144,7 @@ def copy_tree(destination: Path) -> None:
 
 def copy_what_runs(destination: Path) -> None:
     """Copy what the programs need, and no more; much smaller than the tree."""
-    paths = [*(ROOT / name for name in (*RUNS_ON, *BRINGS)), *ROOT.glob("*.txt")]
+    paths = [*(ROOT / name for name in MAKE_NEEDS), RUNNER, *ROOT.glob("*.txt")]
     paths += [path for folder in {port.folder for port in read_ports().values()} for path in folder.rglob("*")]
     for path in paths:
         if path.is_file() and "__pycache__" not in path.parts:
@@ -209,9 +211,9 @@ def job(tree: Path, port: Port, text: str) -> Job:
 def _runs_on(port: Port) -> str:
     """A digest of what a port runs on, but for its source and the facts that do not change a result."""
     beside = (path for path in sorted(port.folder.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
-    paths = [path for path in beside if path.name != "port.toml" and path != port.source_path]
-    paths += [ROOT / name for name in RUNS_ON]
-    return hashlib.sha256(b"".join(hashlib.sha256(path.read_bytes()).digest() for path in paths)).hexdigest()
+    paths = [RUNNER, *(path for path in beside if path.name != "port.toml" and path != port.source_path)]
+    digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
+    return " ".join([*digests, *map(version, PACKAGES)])
 
 
 def run_all(jobs: Iterable[Job], copy: Callable[[Path], None] = copy_tree, workers: int = os.cpu_count() or 1) -> None:
