@@ -34,7 +34,7 @@ from conformance.variant import (
     runnable,
     source,
     write_tree,
-)  # fmt: skip
+)
 from conformance.verdict import Verdict, write_atomically
 
 VARIANTS = read_variants()
