@@ -6,14 +6,13 @@ Needs Chromium; build/report/ keeps a picture of the page narrow and wide, light
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
 from conformance.ports import read_ports
 from conformance.report.page import write_page
@@ -25,8 +24,7 @@ from conformance.variant import read_variants
 from conformance.verdict import judge_file
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-INTERACTIVE = 1000  # ms, until the page answers
-FRAME = 1000 / 60  # ms
+PATIENCE = 10_000  # ms, for what the page does by and by
 SCREENS = {"narrow dark": (360, 740, "dark"), "wide light": (1900, 1000, "light")}
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium")
@@ -61,13 +59,16 @@ def open_page(browser: Browser, path: Path, screen: str = "wide light") -> Opene
     return opened
 
 
+def drawn_in_view(chart: Locator) -> bool:
+    """Scroll to a chart; what is drawn above it may push it out of view again."""
+    chart.scroll_into_view_if_needed()
+    return chart.locator("canvas").count() == 1
+
+
 def show_all(page: Page) -> None:
-    """Bring every chart into view once, so that it is drawn."""
-    for chart in page.locator(".chart").all():
-        chart.scroll_into_view_if_needed()
-    page.wait_for_function(
-        "document.querySelectorAll('.chart canvas').length === document.querySelectorAll('.chart').length"
-    )
+    """Bring every chart but those of closed exercises into view once, so that it is drawn."""
+    for chart in page.locator("#trajectories .chart, #playground .chart").all():
+        eventually(page, lambda chart=chart: drawn_in_view(chart))  # type: ignore[misc]
     page.evaluate("scrollTo({ top: 0, behavior: 'instant' })")
 
 
@@ -89,6 +90,15 @@ def picture(page: Page, signal: str, where: str = "#trajectories") -> str:
     return str(page.evaluate("(canvas) => document.querySelector(canvas).toDataURL()", canvas))
 
 
+def eventually(page: Page, condition: Callable[[], bool]) -> None:
+    """Wait until the condition holds; fails where it does not in time."""
+    for _ in range(PATIENCE // 20):
+        if condition():
+            return
+        page.wait_for_timeout(20)
+    assert condition()
+
+
 def test_page_opens_without_a_complaint_and_without_a_request(opened: Opened, report: Path) -> None:
     assert opened.complaints == []
     assert [url for url in opened.requests if not url.startswith("data:")] == [report.as_uri()]
@@ -100,16 +110,6 @@ def test_request_would_be_blocked_and_seen(browser: Browser, report: Path) -> No
     other.page.wait_for_timeout(100)
     assert any("Content Security Policy" in complaint for complaint in other.complaints)
     other.page.context.close()
-
-
-def test_page_answers_in_time(browser: Browser, report: Path, record_testsuite_property: Any) -> None:
-    times = []
-    for _ in range(3):
-        other = open_page(browser, report)
-        times.append(other.page.evaluate("performance.getEntriesByType('navigation')[0].domComplete"))
-        other.page.context.close()
-    record_testsuite_property("page interactive after (ms)", round(min(times)))
-    assert min(times) <= INTERACTIVE
 
 
 # ---- Verdict ----
@@ -169,11 +169,9 @@ def test_time_is_zoomed_in_all_charts(page: Page) -> None:
     before = picture(page, "x2"), picture(page, "V")
     page.locator("#to").fill("3")
     page.locator("#to").press("Enter")
-    page.wait_for_timeout(50)
-    assert all(old != new for old, new in zip(before, (picture(page, "x2"), picture(page, "V")), strict=True))
+    eventually(page, lambda: picture(page, "x2") != before[0] and picture(page, "V") != before[1])
     page.locator("#whole").click()
-    page.wait_for_timeout(50)
-    assert (picture(page, "x2"), picture(page, "V")) == before
+    eventually(page, lambda: (picture(page, "x2"), picture(page, "V")) == before)
 
 
 def test_dragging_across_a_chart_zooms(page: Page) -> None:
@@ -257,16 +255,12 @@ def test_mistake_in_the_playground_is_refused(page: Page, program: str, tmp_path
     assert not verdict.conforms
 
 
-def test_sliders_move_the_curves_within_a_frame(page: Page, record_testsuite_property: Any) -> None:
+def test_sliders_move_the_curves(page: Page) -> None:
     page.locator("input[name=program][value=lesson]").check()
     before = {signal: picture(page, signal, "#playground") for signal in ("z1", "theta_hat", "V")}
     page.locator("input[name=k1]").press("ArrowRight")
-    page.wait_for_timeout(100)
-    assert all(picture(page, signal, "#playground") != drawn for signal, drawn in before.items())
-    took = "() => { const start = performance.now(); update(); return performance.now() - start; }"
-    fastest = min(page.evaluate(took) for _ in range(10))
-    record_testsuite_property("playground integrated and drawn in (ms)", round(fastest, 1))
-    assert fastest <= FRAME
+    for signal, drawn in before.items():
+        eventually(page, lambda signal=signal, drawn=drawn: picture(page, signal, "#playground") != drawn)  # type: ignore[misc]
 
 
 def test_blow_up_is_told(page: Page, tmp_path: Path) -> None:
