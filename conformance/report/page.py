@@ -5,10 +5,9 @@ import base64
 import json
 import re
 import subprocess
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from itertools import islice
 from math import log10
 from pathlib import Path
 from typing import Any
@@ -16,10 +15,6 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from latex2mathml.converter import convert
 from markupsafe import Markup
-from pygments import lex
-from pygments.formatters import HtmlFormatter
-from pygments.lexers import get_lexer_by_name
-from pygments.token import STANDARD_TYPES, Token
 
 from conformance.checks import Result
 from conformance.exact import exact
@@ -38,19 +33,18 @@ from conformance.report.curves import (
 )
 from conformance.report.equations import EQUATIONS, parameter_values
 from conformance.report.exercises import kill_matrix, shown
-from conformance.report.playground import SLIDERS, mistakes, presets, program_text
+from conformance.report.listing import highlighted, highlighted_lines, highlighting, listing
+from conformance.report.playground import PROGRAM, SLIDERS, mistakes, presets, program_text
 from conformance.scenario import LESSON, Scenario
-from conformance.sources import STEPS, cut
+from conformance.sources import STEPS
 from conformance.table import engine_and_version
 from conformance.variant import Variant, read_variants
 from conformance.verdict import Verdict, headline, judge_all, write_atomically
 
 HERE = Path(__file__).parent
 UPLOT = ROOT / ".venv" / "page" / "node_modules" / "uplot"
-LEXERS = {"python": "python", "cpp": "cpp", "java": "java", "mathematica": "wolfram"}  # others: matlab
 COLOURS = 8  # in style.css
 EXACT = "-equals-the-exact-solution"  # ends the names of the claims that bound the error of a state
-PLAIN = ("", "err", "n", "o", "p", "w", "nn", "nv")  # kinds of tokens that need no colour
 
 
 @dataclass(frozen=True)
@@ -121,7 +115,7 @@ def page(ports: Mapping[str, Port], scenario: Scenario = LESSON) -> str:
         outcomes=outcomes(variants.values(), ports),
         playground={"lesson": Markup(program_text()), **{n: Markup(program_text(v)) for n, v in wrong.items()}},
         playground_panels=(X1, Z1, ESTIMATE, LYAPUNOV),
-        playground_code=listing(program_text(), highlighted_lines(program_text(), "javascript")),
+        playground_code=listing(program_text(), highlighted_lines(program_text(), PROGRAM.source)),
         mistakes=wrong,
         sliders=SLIDERS,
         presets=presets(),
@@ -130,9 +124,7 @@ def page(ports: Mapping[str, Port], scenario: Scenario = LESSON) -> str:
         horizon=f"{float(scenario.horizon):g}",
         uplot=uplot_version(),
         data=Markup(embedded(data(verdicts.values(), scenario))),
-        exercise_data=Markup(
-            embedded({e.variant.name: {**e.curves, "theta": float(e.variant.scenario.theta)} for e in exercises})
-        ),
+        exercise_data=Markup(embedded({exercise.variant.name: exercise.curves for exercise in exercises})),
     )
 
 
@@ -264,63 +256,6 @@ def outcome(variant: Variant, row: Mapping[str, Any] | None) -> Cell:
     words = f"refused by {', '.join(refusals)}" if refusals else "conforms"
     figure = f"refused {len(refusals)}" if refusals else "conforms"
     return Cell("pass" if as_wanted else "fail", figure, words)
-
-
-# ---- Code ----
-
-
-def highlighted(port: Port) -> dict[str, Markup]:
-    """The code of each step as HTML, one element per line; a port that is not cut into the steps has none."""
-    try:
-        steps = cut(port)
-    except ValueError:
-        return {}
-    lines = iter(highlighted_lines("".join(steps.values()), LEXERS.get(port.name, "matlab")))
-    return {key: listing(text, islice(lines, text.count("\n"))) for key, text in steps.items()}
-
-
-def listing(text: str, lines: Iterable[Markup]) -> Markup:
-    """Whole lines of code as a block that keeps, but does not show, its common indentation and blank lines around."""
-    plain = text.splitlines()
-    indents = [len(line) - len(line.lstrip()) for line in plain]
-    filled = [i for i, line in enumerate(plain) if line.strip()]
-    common = min((indents[i] for i in filled), default=0)
-    html = Markup("").join(
-        Markup('<span class="line" style="--indent:{}">{}\n</span>').format(indents[i], line)
-        if filled and filled[0] <= i <= filled[-1]
-        else Markup('<span class="blank">\n</span>')
-        for i, line in enumerate(lines)
-    )
-    return Markup('<pre class="code" style="--common:{}"><code>{}</code></pre>').format(common, html)
-
-
-def highlighted_lines(text: str, language: str) -> Iterator[Markup]:
-    """The lines of a text as HTML without their ends, in the language's colours."""
-    line = Markup("")
-    for kind, value in lex(text, get_lexer_by_name(language, stripnl=False, ensurenl=False)):
-        name = STANDARD_TYPES[next(ancestor for ancestor in reversed(kind.split()) if ancestor in STANDARD_TYPES)]
-        for part in re.findall(r"[^\n]+|\n", value):
-            if part == "\n":
-                yield line
-                line = Markup("")
-            elif kind in Token.Comment:
-                line += Markup('<span class="{}">{}</span>').format(name, with_sections(part))
-            elif name in PLAIN:
-                line += Markup.escape(part)
-            else:
-                line += Markup('<span class="{}">{}</span>').format(name, part)
-
-
-def with_sections(comment: str) -> Markup:
-    """A comment in which the lesson's sections stand out."""
-    return Markup(re.sub(r"(\(\d+\))", r"<b>\1</b>", str(Markup.escape(comment))))
-
-
-def highlighting() -> str:
-    """The colours of the code, light and dark."""
-    light = HtmlFormatter(style="default").get_style_defs(".code")
-    dark = HtmlFormatter(style="github-dark").get_style_defs(".code")
-    return f"{light}\n@media (prefers-color-scheme: dark) {{\n{dark}\n}}"
 
 
 def diagram(port: Port) -> str:

@@ -3,6 +3,7 @@
 
 import re
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,8 @@ from conformance.exact import exact
 from conformance.ports import read_ports
 from conformance.report.curves import GRID, curves
 from conformance.report.equations import EQUATIONS
-from conformance.report.page import cell, highlighting, outcome, page, raw
+from conformance.report.listing import highlighted, highlighting
+from conformance.report.page import HERE, cell, outcome, raw
 from conformance.report.playground import PROGRAM, mistakes, program_text
 from conformance.scenario import LESSON
 from conformance.sources import STEPS, cut, source, statements
@@ -107,7 +109,7 @@ def test_contrast_is_that_of_the_standard() -> None:
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_colours_of_the_code_stand_out(scheme: str, html: str) -> None:
     """On the background of the code, which axe is not asked about for want of time."""
-    css = (Path(page.__code__.co_filename).parent / "static" / "style.css").read_text()
+    css = (HERE / "static" / "style.css").read_text()
     light, dark = re.findall(r"--raised: (#\w+);", css)
     background = {"light": light, "dark": dark}[scheme]
     first, _, second = highlighting().partition("@media")
@@ -117,6 +119,17 @@ def test_colours_of_the_code_stand_out(scheme: str, html: str) -> None:
     assert {
         kind: colour for kind, colour in colours.items() if kind in used and contrast(colour, background) < 4.5
     } == {}
+
+
+def test_port_in_an_unknown_language_shows_its_code(tmp_path: Path) -> None:
+    (tmp_path / "program.unknown").write_text(source(FIRST))
+    steps = highlighted(replace(FIRST, folder=tmp_path, source="program.unknown"))
+    assert [unescape(re.sub("<[^>]*>", "", html)) for html in steps.values()] == [*cut(FIRST).values()]
+
+
+def test_port_without_the_steps_shows_none(tmp_path: Path) -> None:
+    (tmp_path / FIRST.source).write_text("nothing\n")
+    assert highlighted(replace(FIRST, folder=tmp_path)) == {}
 
 
 # ---- Equations ----
