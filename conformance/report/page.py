@@ -224,7 +224,7 @@ def cell(result: Result) -> Cell:
     words = f"{result.figure:.3g}, bound {result.bound:.3g} ({result.bound_from}); {result.where}"
     return Cell(
         "pass" if result.passed else "fail",
-        f"{result.figure:.0e}" if result.figure else "0",
+        f"{result.figure:.1g}",
         words,
         round(max(0.0, weight), 2),
     )
