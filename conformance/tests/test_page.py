@@ -25,6 +25,8 @@ from conformance.tests.programs import PORTS, trajectory_of
 from conformance.variant import read_variants
 
 LARGEST = 3_000_000  # bytes
+pytestmark = pytest.mark.xdist_group("page")  # written once
+
 VARIANTS = read_variants()
 FIRST = next(iter(read_ports().values()))
 
