@@ -28,6 +28,7 @@ CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", 
 INTERACTIVE = 1000  # ms, until the page answers
 FRAME = 1000 / 60  # ms
 PATIENCE = 6  # attempts at what takes longer on a busy machine
+ALL_AT_ONCE = ".step { content-visibility: visible !important } .inspector { position: static !important }"
 SCREENS = {"narrow dark": (360, 740, "dark"), "wide light": (1900, 1000, "light")}
 
 pytestmark = [
@@ -294,6 +295,7 @@ def test_blow_up_is_told(page: Page, tmp_path: Path) -> None:
 def test_page_is_accessible_and_fits_the_screen(browser: Browser, report: Path, screen: str) -> None:
     other = open_page(browser, report, screen)
     show_all(other.page)
+    other.page.add_style_tag(content=ALL_AT_ONCE)
     other.page.screenshot(path=report.with_name(screen.replace(" ", "-") + ".png"), full_page=True)
     assert other.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     listings = {"exclude": [[".code"]]}  # for their contrast see test_page
