@@ -81,7 +81,7 @@ environment: .venv/installed
 	@echo 'set-up: installing what the page embeds, and what tests it, in .venv (half a minute)'
 	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements-page.txt
 	@mkdir -p $(@D) && cp conformance/report/package.json conformance/report/package-lock.json $(@D)
-	@.venv/bin/npm ci --loglevel=error --no-audit --no-fund --ignore-scripts --prefix $(@D) >/dev/null
+	@cd -P $(@D) && ../bin/npm ci --loglevel=error --no-audit --no-fund --ignore-scripts >/dev/null
 	@touch $@
 
 # ---- Programs ----

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The equations of the lesson's steps, in LaTeX."""
 
-from fractions import Fraction
-
-from conformance.scenario import LESSON, Scenario
+from conformance.scenario import Scenario
 
 ALPHA1_X1 = r"\frac{\partial\alpha_1}{\partial x_1}"
 EQUATIONS = {
@@ -23,15 +21,10 @@ EQUATIONS = {
         r"u = \dot\alpha_1^{\text{known}} - z_1 - k_2 z_2 - x_1 \dot{\hat\theta}",
     ),
     "plant": (r"\dot x_1 = x_2 + \theta x_1", r"\dot x_2 = u"),
-    "integration": (
-        rf"x_1(0) = {float(LESSON.x1_start):g}, \quad x_2(0) = {float(LESSON.x2_start):g}, "
-        rf"\quad \hat\theta(0) = {float(LESSON.theta_hat_start):g}, "
-        rf"\quad 0 \le t \le {float(LESSON.horizon):g} \text{{ s}}",
-    ),
     "csv": (r"t, \; x_1, \; x_2, \; \hat\theta, \; r, \; z_1 = x_1 - r",),
     "report": (r"z_1(T), \quad \hat\theta(T), \quad \theta",),
 }
-SYMBOLS = {  # of the parameters (10)
+SYMBOLS = {  # of the parameters
     "theta": r"\theta",
     "k1": "k_1",
     "k2": "k_2",
@@ -41,10 +34,16 @@ SYMBOLS = {  # of the parameters (10)
 }
 
 
-def parameter_values(scenario: Scenario) -> tuple[str, ...]:
-    """The parameters and their values."""
+def equations(scenario: Scenario) -> dict[str, tuple[str, ...]]:
+    """The equations of every step, by its key; parameters, start and horizon with the values of the scenario."""
 
-    def value(number: Fraction) -> str:
-        return f"{float(number):g}"
+    def value(name: str) -> str:
+        return f"{float(getattr(scenario, name)):g}"
 
-    return (r", \quad ".join(f"{symbol} = {value(getattr(scenario, name))}" for name, symbol in SYMBOLS.items()),)
+    start = {"x1_start": "x_1(0)", "x2_start": "x_2(0)", "theta_hat_start": r"\hat\theta(0)"}
+    horizon = rf"0 \le t \le {value('horizon')} \text{{ s}}"
+    return {
+        **EQUATIONS,
+        "parameters": tuple(f"{symbol} = {value(name)}" for name, symbol in SYMBOLS.items()),
+        "integration": (*(f"{symbol} = {value(name)}" for name, symbol in start.items()), horizon),
+    }

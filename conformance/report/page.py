@@ -31,7 +31,7 @@ from conformance.report.curves import (
     exact_curves,
     packed,
 )
-from conformance.report.equations import EQUATIONS, parameter_values
+from conformance.report.equations import equations
 from conformance.report.exercises import kill_matrix, shown
 from conformance.report.listing import highlighted, highlighted_lines, highlighting, listing
 from conformance.report.playground import PROGRAM, SLIDERS, mistakes, presets, program_text
@@ -109,7 +109,7 @@ def page(ports: Mapping[str, Port], scenario: Scenario = LESSON) -> str:
         error_panels=ERROR_PANELS,
         points=GRID.size,
         steps=STEPS,
-        equations={**EQUATIONS, "parameters": parameter_values(scenario)},
+        equations=equations(scenario),
         exercises=exercises,
         exercise_panels=(X1, ESTIMATE),
         outcomes=outcomes(variants.values(), ports),

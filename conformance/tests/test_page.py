@@ -22,6 +22,7 @@ from conformance.report.playground import PROGRAM, mistakes, program_text
 from conformance.scenario import LESSON
 from conformance.sources import STEPS, cut, source, statements
 from conformance.tests.programs import PORTS, trajectory_of
+from conformance.trajectory import COLUMNS
 from conformance.variant import read_variants
 
 LARGEST = 3_000_000  # bytes
@@ -82,7 +83,7 @@ def test_thinned_errors_keep_the_largest() -> None:
 def test_rows_that_are_missing_leave_a_gap() -> None:
     trajectory = trajectory_of(next(iter(PORTS.values())))
     early = trajectory.t < 10
-    cut_off = replace(trajectory, **{name: column[early] for name, column in vars(trajectory).items()})
+    cut_off = replace(trajectory, **{name: getattr(trajectory, name)[early] for name in COLUMNS})
     assert np.isnan(curves(exact(LESSON), cut_off)["error_x1"][GRID > 0.51]).all()
 
 
