@@ -46,7 +46,7 @@ readme: all  ## bring the README's table and picture up to date
 mutants: all  ## change each operator and number of every program in turn: do the checks notice? (minutes)
 	$(PYTHON) -m conformance mutants
 
-bench: environment .venv/bench  ## measure how long things take
+bench: environment .venv/bench .venv/page/installed  ## measure how long things take
 	$(PYTHON) -m conformance.bench
 
 clean:  ## remove all that was made

@@ -4,6 +4,7 @@
 import os
 import random
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -248,9 +249,42 @@ def run_alone(one: Trial) -> str:
         return run_program(one, tree)
 
 
+def bench_page() -> None:
+    """How soon the page answers, and how long the playground takes to integrate and draw."""
+    from playwright.sync_api import sync_playwright
+
+    from conformance.report.page import write_page
+
+    with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
+        path = Path(name) / "index.html"
+        _, written = timed(lambda: write_page(path, read_ports()))
+        chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+        if chromium is None:
+            print("page: there is no Chromium here")
+            return
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1900, "height": 1000})
+        opened, updated = [], []
+        for _ in range(5):
+            page.goto(path.as_uri())
+            opened.append(page.evaluate("performance.getEntriesByType('navigation')[0].domComplete"))
+            page.locator("#playground").scroll_into_view_if_needed()
+            page.wait_for_timeout(500)
+            updated.append(
+                page.evaluate("() => { const t = performance.now(); update(); return performance.now() - t; }")
+            )
+        size = path.stat().st_size / 1e6
+        print(
+            f"page: written in {written:.1f} s, {size:.1f} MB (aim: 3 MB), interactive after {min(opened):.0f} ms",
+            end=" ",
+        )
+        print(f"(aim: 1000 ms), playground integrated and drawn in {min(updated):.1f} ms (aim: a frame, 16.7 ms)")
+
+
 if __name__ == "__main__":
     bench_make()
     bench_campaign()
     bench_truth()
     bench_validate()
+    bench_page()
     bench_fuzz()

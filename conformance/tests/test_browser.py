@@ -9,7 +9,6 @@ import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -25,8 +24,6 @@ from conformance.variant import read_variants
 from conformance.verdict import judge_file
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-INTERACTIVE = 1000  # ms, until the page answers
-FRAME = 1000 / 60  # ms
 PATIENCE = 6  # attempts at what takes longer on a busy machine
 ALL_AT_ONCE = ".step { content-visibility: visible !important } .inspector { position: static !important }"
 SCREENS = {"narrow dark": (360, 740, "dark"), "wide light": (1900, 1000, "light")}
@@ -111,19 +108,6 @@ def test_request_would_be_blocked_and_seen(browser: Browser, report: Path) -> No
         )
     assert len(other.complaints) == 1
     other.page.context.close()
-
-
-def test_page_answers_in_time(browser: Browser, report: Path, record_testsuite_property: Any) -> None:
-    fastest = float("inf")
-    for _ in range(PATIENCE):
-        other = open_page(browser, report)
-        took = other.page.evaluate("performance.getEntriesByType('navigation')[0].domComplete")
-        other.page.context.close()
-        fastest = min(fastest, took)
-        if fastest <= INTERACTIVE:
-            break
-    record_testsuite_property("page interactive after (ms)", round(fastest))
-    assert fastest <= INTERACTIVE
 
 
 # ---- Verdict ----
@@ -271,16 +255,12 @@ def test_mistake_in_the_playground_is_refused(page: Page, program: str, tmp_path
     assert not verdict.conforms
 
 
-def test_sliders_move_the_curves_within_a_frame(page: Page, record_testsuite_property: Any) -> None:
+def test_sliders_move_the_curves(page: Page) -> None:
     page.locator("input[name=program][value=lesson]").check()
     before = {signal: picture(page, signal, "#playground") for signal in ("z1", "theta_hat", "V")}
     page.locator("input[name=k1]").press("ArrowRight")
     drawn(page)
     assert all(picture(page, signal, "#playground") != drawn for signal, drawn in before.items())
-    took = "() => { const start = performance.now(); update(); return performance.now() - start; }"
-    fastest = min(page.evaluate(took) for _ in range(5 * PATIENCE))
-    record_testsuite_property("playground integrated and drawn in (ms)", round(fastest, 1))
-    assert fastest <= FRAME
 
 
 def test_blow_up_is_told(page: Page, tmp_path: Path) -> None:
