@@ -89,9 +89,10 @@ def reference_is_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
 def obeys_its_differential_equation(name: str) -> Callable[[Measured, Tolerance], Result]:
     """From row to row this state moves as its row of the closed loop says, by the Hermite-Simpson rule, (7).
 
-    The defect of the exact solution is taken off. What is left is, to first order in the error e of the log,
-    e_1 - e_0 - h/6 (J e_0 + 4 J e_m + J e_1), where J is the Jacobian and e_m = (e_0 + e_1)/2 + h/8 J (e_0 - e_1).
-    From the first step on in which any state breaks its equation nothing more can be said of the others.
+    The defect of the exact solution, and what the other states' defects cause, is taken off. What is left is, to first
+    order in the error e of the log, e_1 - e_0 - h/6 (J e_0 + 4 J e_m + J e_1), where J is the Jacobian and
+    e_m = (e_0 + e_1)/2 + h/8 J (e_0 - e_1). After the first step in which any state breaks its equation the others are
+    not judged: J is that of the exact solution, which the log has left.
     """
     row = STATES.index(name)
 
@@ -99,7 +100,7 @@ def obeys_its_differential_equation(name: str) -> Callable[[Measured, Tolerance]
         t, J, e = log.trajectory.t, log.exact.gains.field, np.array(tolerance)
         h = float(np.diff(t).max())
         bounds = 2 * e + h * J @ e + h**2 / 6 * J @ J @ e + DOUBLE * np.abs(log.trajectory.states).max(axis=1)
-        broken = ~(np.abs(log.defect) <= bounds[:, None]).all(axis=0)
+        broken = ~(log.defect <= bounds[:, None]).all(axis=0)
         end = int(np.argmax(broken)) + 1 if broken.any() else broken.size
         figure, where = largest(log.defect[row, :end], t[:end], f"defect of {name}' in the step")
         claim = f"{name}-obeys-its-differential-equation"
