@@ -112,13 +112,15 @@ def test_every_program_conforms_on_random_scenarios_once_though_a_worker_dies(tm
 
 
 def test_an_interrupted_campaign_keeps_what_is_done(tmp_path: Path) -> None:
-    words = arguments(tmp_path, "--ports", "cpp", "--jobs", "1")
+    words = arguments(tmp_path, "--ports", "cpp", "--jobs", "1", "--count", "8")
     with subprocess.Popen(words, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True) as asked:
         wait_for(lambda: results(tmp_path) or asked.poll() is not None)
+        early = results(tmp_path)
         os.killpg(asked.pid, signal.SIGINT)
         _, said = asked.communicate(timeout=300)
     assert (asked.returncode, said) == (130, "conformance: campaign: interrupted; what is done is kept\n")
-    assert len(results(tmp_path)) == 1
+    kept = results(tmp_path)
+    assert early and {path: kept[path] for path in early} == early
 
 
 # ---- One trial ----
