@@ -35,7 +35,7 @@ all:  ## set up, build and run every program, and end with a table
 check:  ## bring all up to date, judge every result, and write the page
 	@$(MAKE) --keep-going all || echo 'check: not every program ran; the verdict counts them' >&2
 	@$(MAKE) .venv/page/installed
-	$(PYTHON) -m pytest -n logical --dist loadgroup --maxschedchunk 1 --junitxml=build/junit.xml conformance
+	$(PYTHON) -m pytest -n logical --dist loadfile --no-loadscope-reorder --junitxml=build/junit.xml conformance
 
 report: environment .venv/page/installed  ## write the page on what the programs left: build/report/index.html
 	@$(PYTHON) -m conformance report

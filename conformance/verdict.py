@@ -4,6 +4,7 @@
 import json
 import os
 import re
+import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -242,7 +243,8 @@ def _plain(result: Result) -> dict[str, Any]:
 
 def write_atomically(path: Path, text: str) -> None:
     """Write beside and rename, so that no half-written file is left."""
-    part = path.with_name(path.name + ".part")
-    part.parent.mkdir(parents=True, exist_ok=True)
-    part.write_text(text)
-    os.replace(part, path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=f"{path.name}.", delete=False) as part:
+        part.write(text)
+    os.chmod(part.name, 0o644)
+    os.replace(part.name, path)

@@ -19,7 +19,7 @@ from conformance.verdict import judge_all, summary, to_json, write_atomically
 
 PAGE = ROOT / "build" / "report" / "index.html"
 SLOWEST_FIRST = (
-    "test_variants", "test_campaign", "test_browser", "test_bad_luck", "test_new_port", "test_makefile", "test_truth",
+    "test_variants", "test_campaign", "test_browser", "test_bad_luck", "test_makefile", "test_truth", "test_new_port",
 )  # fmt: skip
 
 

@@ -28,10 +28,7 @@ PATIENCE = 6  # attempts at what takes longer on a busy machine
 ALL_AT_ONCE = ".step { content-visibility: visible !important } .inspector { position: static !important }"
 SCREENS = {"narrow dark": (360, 740, "dark"), "wide light": (1900, 1000, "light")}
 
-pytestmark = [
-    pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium"),
-    pytest.mark.xdist_group("page"),  # one browser for all
-]
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium")
 
 
 @dataclass

@@ -26,7 +26,6 @@ from conformance.trajectory import COLUMNS
 from conformance.variant import read_variants
 
 LARGEST = 3_000_000  # bytes
-pytestmark = pytest.mark.xdist_group("page")  # written once
 
 VARIANTS = read_variants()
 FIRST = next(iter(read_ports().values()))
