@@ -4,6 +4,7 @@
 Needs Chromium; build/report/ keeps a picture of the page narrow and wide, light and dark.
 """
 
+import contextlib
 import json
 import shutil
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 
 from conformance.ports import read_ports
 from conformance.report.page import write_page
@@ -60,12 +61,21 @@ def open_page(browser: Browser, path: Path, screen: str = "wide light") -> Opene
     return opened
 
 
-def show_all(page: Page) -> None:
-    """Bring every chart but those of the exercises into view once, so that it is drawn."""
-    charts = page.locator("#trajectories .chart, #playground .chart")
+def show_charts(charts: Locator) -> None:
+    """Bring each chart into view, where it is drawn; what is drawn above it may push it out of view again."""
+    assert charts.count()
     for chart in charts.all():
-        chart.scroll_into_view_if_needed()
-    expect(page.locator("#trajectories canvas, #playground canvas")).to_have_count(charts.count())
+        for _ in range(PATIENCE):
+            chart.scroll_into_view_if_needed()
+            with contextlib.suppress(AssertionError):
+                expect(chart.locator("canvas")).to_have_count(1, timeout=2000)
+                break
+        expect(chart.locator("canvas")).to_have_count(1)
+
+
+def show_all(page: Page) -> None:
+    """Show every chart but those of the exercises."""
+    show_charts(page.locator("#trajectories .chart, #playground .chart"))
     page.evaluate("scrollTo(0, 0)")
 
 
@@ -227,7 +237,7 @@ def test_exercise_opens_with_its_curves_and_its_diffs(page: Page) -> None:
     details = page.locator(f"#exercise-{name}")
     details.locator("summary").click()
     assert details.locator(".diff").first.is_visible()
-    assert details.locator("canvas").count() == details.locator(".chart").count()
+    show_charts(details.locator(".chart"))
 
 
 # ---- Playground ----
