@@ -10,11 +10,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import NoReturn
 
-from conformance.scenario import RANGES
+from conformance.atomic import write_atomically
+from conformance.scenario import RANGES, SCENARIOS
 
 GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
 RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform$"
-SCENARIO = "the experiment: lesson, problem-6, no-excitation, or a TOML file with a table [scenario] (default: lesson)"
+SCENARIO = f"the experiment: {', '.join(SCENARIOS)}, or a TOML file with a table [scenario] (default: lesson)"
 EXACT = "a finite decimal, such as 0.1, or a fraction, such as 1/3"
 
 
@@ -77,7 +78,6 @@ def parser() -> Parser:
     report.add_argument("--to", type=Path, metavar="FILE.html", help="where (default: build/report/index.html)")
     commands.add_parser("readme", help="bring the README's table and picture up to date")
     check = commands.add_parser("check", help="judge what the programs left")
-    check.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
     commands.add_parser("tolerances", help="write docs/tolerances.md: what each port is held to, and why")
     validate = commands.add_parser(
         "validate",
@@ -88,7 +88,6 @@ def parser() -> Parser:
     validate.add_argument(
         "csv", type=Path, metavar="FILE.csv", help="columns t,x1,x2,theta_hat,reference,tracking_error"
     )
-    validate.add_argument("--scenario", default="lesson", help=SCENARIO)
     validate.add_argument("--stdout", type=Path, metavar="FILE", help="what the program printed, judged too")
     validate.add_argument("--json", type=Path, metavar="FILE", help="write the verdict there as JSON")
     variants = commands.add_parser(
@@ -98,7 +97,6 @@ def parser() -> Parser:
         "does not conform, or a mistake is not refused by its check.",
     )
     variants.add_argument("names", nargs="*", metavar="NAME", help="these alone (default: all)")
-    variants.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
     variants.add_argument("--list", action="store_true", help="only list them")
     commands.add_parser("exercises", help="write docs/exercises.md: each variant as a diff in every language")
     mutants = commands.add_parser(
@@ -107,7 +105,6 @@ def parser() -> Parser:
         description="Make, run and judge every mutant of the programs: some minutes, resumed where interrupted. The "
         "exit status is 1 where one survives without a stated reason.",
     )
-    mutants.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
     mutants.add_argument("--list", action="store_true", help="only list them")
     diff = commands.add_parser("diff", help="what changed between two results; the exit status is 1 where anything did")
     diff.add_argument("old", type=Path, metavar="OLD.json")
@@ -120,7 +117,6 @@ def parser() -> Parser:
         description="Print the proven enclosure of the exact solution as CSV: t, then for x1, x2, theta_hat, z1, z2 "
         "and V a value and its radius, which covers the rounding of the print too.",
     )
-    truth.add_argument("--scenario", default="lesson", help=SCENARIO)
     when = truth.add_mutually_exclusive_group()
     when.add_argument("--times", type=exact_times, metavar="T,T,...", help=f"times in s, each {EXACT}")
     when.add_argument("--step", type=positive, default=Fraction(1, 10), help="every so many s (default: 0.1)")
@@ -136,12 +132,15 @@ def parser() -> Parser:
     )
     random.add_argument("--count", type=positive_count, default=10, help="scenarios (default: 10)")
     random.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")
-    random.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
     random.add_argument(
         "--jobs", type=positive_count, default=os.cpu_count(), help="worker processes here (default: one per core)"
     )
     random.add_argument("--scheduler", metavar="ADDRESS", help="use this Dask cluster, such as tcp://host:8786")
     random.add_argument("--folder", type=Path, help="where results are kept (default: build/campaign)")
+    for each in (check, variants, mutants, random):
+        each.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
+    for each in (validate, truth):
+        each.add_argument("--scenario", default="lesson", help=SCENARIO)
     return top
 
 
@@ -170,7 +169,7 @@ def check(arguments: argparse.Namespace) -> int:
     """The verdicts on the programs, as a table; 0 where all conform."""
     from conformance.ports import ROOT, selected_ports
     from conformance.scenario import LESSON
-    from conformance.verdict import judge_all, summary, to_json, write_atomically
+    from conformance.verdict import judge_all, summary, to_json
 
     judgement = judge_all(selected_ports(arguments.ports), LESSON)
     write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
@@ -181,7 +180,6 @@ def check(arguments: argparse.Namespace) -> int:
 def write_tolerances(arguments: argparse.Namespace) -> int:
     """docs/tolerances.md."""
     from conformance.tolerances import PAGE, page
-    from conformance.verdict import write_atomically
 
     write_atomically(PAGE, page())
     print(PAGE)
@@ -192,7 +190,7 @@ def validate(arguments: argparse.Namespace) -> int:
     """The verdict on a file, with every figure: what holds, the verdict, and what does not, with its usual cause."""
     from conformance.scenario import scenario_named
     from conformance.trajectory import readable
-    from conformance.verdict import judge_file, to_json, write_atomically
+    from conformance.verdict import judge_file, to_json
 
     for path in filter(None, (arguments.csv, arguments.stdout)):
         readable(path)
@@ -210,11 +208,13 @@ def validate(arguments: argparse.Namespace) -> int:
 
 def report(arguments: argparse.Namespace) -> int:
     """The page."""
-    from conformance.ports import ROOT, selected_ports
-    from conformance.report.page import write_page
+    from conformance.ports import selected_ports
+    from conformance.report.page import PAGE, write_page
+    from conformance.scenario import LESSON
+    from conformance.verdict import judge_all
 
-    path = arguments.to or ROOT / "build" / "report" / "index.html"
-    write_page(path, selected_ports())
+    path, ports = arguments.to or PAGE, selected_ports()
+    write_page(path, ports, judge_all(ports, LESSON))
     print(f"the page is {path}, {path.stat().st_size / 1e6:.1f} MB")
     return 0
 
@@ -244,7 +244,6 @@ def variants(arguments: argparse.Namespace) -> int:
     from conformance import kill_matrix
     from conformance.ports import ROOT, selected_ports
     from conformance.variant import read_variants, runnable
-    from conformance.verdict import write_atomically
 
     known = read_variants()
     unknown = [name for name in arguments.names if name not in known]
@@ -268,7 +267,6 @@ def exercises(arguments: argparse.Namespace) -> int:
     from conformance.exercises import PAGE, page
     from conformance.ports import read_ports
     from conformance.variant import read_variants
-    from conformance.verdict import write_atomically
 
     known, ports = read_variants().values(), list(read_ports().values())
     kill_matrix.prepare(known, ports)

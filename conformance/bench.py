@@ -4,7 +4,6 @@
 import os
 import random
 import resource
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -29,7 +28,8 @@ from conformance.scenario import LESSON
 from conformance.table import layout
 from conformance.trajectory import load
 from conformance.truth import Enclosure, InitialValueProblem, enclose
-from conformance.verdict import judge_file
+from conformance.variant import copy_tree
+from conformance.verdict import judge_all, judge_file
 
 T = TypeVar("T")
 START = (LESSON.x1_start, LESSON.x2_start, LESSON.theta_hat_start)
@@ -44,20 +44,11 @@ def seconds(command: list[str] | str, folder: Path) -> float:
     return time.perf_counter() - start
 
 
-def copy_of_the_tree(folder: Path) -> Path:
-    """A clean copy of what git tracks or would track, with this tree's Python environment."""
-    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
-    files = subprocess.run(listed, cwd=ROOT, capture_output=True, check=True).stdout
-    subprocess.run(["tar", "--null", "-T", "-", "-cf", str(folder / "tree.tar")], cwd=ROOT, input=files, check=True)
-    subprocess.run(["tar", "-xf", "tree.tar"], cwd=folder, check=True)
-    (folder / ".venv").symlink_to(ROOT / ".venv")
-    return folder
-
-
 def bench_make() -> None:
     """make -j2 all against the same commands typed bare, one after another."""
     with tempfile.TemporaryDirectory() as name:
-        root = copy_of_the_tree(Path(name))
+        root = Path(name)
+        copy_tree(root)
         bare = 0.0
         rows: list[tuple[str, ...]] = [("port", "compile s", "start-up s", "run s", "start-up and compile, share")]
         for port in read_ports(root).values():
@@ -173,8 +164,8 @@ def bench_validate() -> None:
 
 def logged_by_cpp(root: Path, step: str) -> Path:
     """The CSV of the C++ program with another step of RK4."""
-    root.mkdir()
-    port = read_ports(copy_of_the_tree(root))["cpp"]
+    copy_tree(root)
+    port = read_ports(root)["cpp"]
     text = port.source_path.read_text()
     port.source_path.write_text(edited(text, [constant_edit(port, text, "h", step)]))
     seconds(["make", "cpp"], root)
@@ -254,16 +245,17 @@ def bench_page() -> None:
     """How soon the page answers, and how long the playground takes to integrate and draw."""
     from playwright.sync_api import sync_playwright
 
+    from conformance.report import chromium
     from conformance.report.page import write_page
 
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         path = Path(name) / "index.html"
-        _, written = timed(lambda: write_page(path, read_ports()))
-        chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-        if chromium is None:
+        _, written = timed(lambda: write_page(path, read_ports(), judge_all(read_ports(), LESSON)))
+        browser_path = chromium()
+        if browser_path is None:
             print("page: there is no Chromium here")
             return
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=browser_path, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1900, "height": 1000})
         opened, updated = [], []
         for _ in range(5):

@@ -3,9 +3,9 @@
 
 import contextlib
 import hashlib
-import os
-import tempfile
 from pathlib import Path
+
+from conformance.atomic import write_atomically
 
 
 def read(path: Path, key: str) -> bytes | None:
@@ -20,10 +20,7 @@ def read(path: Path, key: str) -> bytes | None:
 def write(path: Path, key: str, payload: bytes) -> None:
     """Keep the payload; where that cannot be written, nothing is kept and nothing is lost."""
     with contextlib.suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(_head(key, payload) + b"\n" + payload)
-        os.replace(file.name, path)
+        write_atomically(path, _head(key, payload) + b"\n" + payload)
 
 
 def _head(key: str, payload: bytes) -> bytes:

@@ -24,7 +24,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from conformance.edits import edited, scenario_edits, without_drawing
+from conformance.atomic import write_atomically
+from conformance.edits import edited, in_scenario, without_drawing
 from conformance.ports import ROOT, Port
 from conformance.run import choose_engine, compile_command, engine_version, headless, in_place
 from conformance.scenario import RANGES, WAVES, Scenario, to_toml
@@ -120,8 +121,7 @@ def prepare(port: Port) -> Program:
 def trial(scenario: Scenario, program: Program, folder: Path) -> Trial:
     """The trial of a program on a scenario, its figure left out; raises ValueError where an edit does not apply."""
     port, toml = program.port, to_toml(scenario)
-    original = port.source_path.read_text(encoding="utf-8")
-    text = edited(original, [*scenario_edits(port, original, scenario), *without_drawing(port)])
+    text = edited(in_scenario(port, scenario), without_drawing(port))
     key = hashlib.sha256("\0".join((toml, text, program.depends_on)).encode()).hexdigest()
     return Trial(scenario, program, text, folder / hashlib.sha256(toml.encode()).hexdigest()[:16], key)
 
@@ -157,8 +157,6 @@ def prove(scenario: Scenario) -> str:
 
 def carry_out(one: Trial, obstacle: str) -> Outcome:
     """Run the program, judge what it left, and keep the outcome."""
-    from conformance.verdict import write_atomically
-
     outcome = known(one)
     if outcome is None:
         with scratch_tree(one) as tree:
@@ -223,7 +221,7 @@ def judged(one: Trial, tree: Path, seconds: float) -> Outcome:
     with HARNESS:
         verdict = judge_file(build / one.program.port.csv.name, one.scenario, build / "stdout.txt")
         exact.cache_clear()
-    errors = [r.figure for r in verdict.results if r.claim.endswith("-equals-the-exact-solution")]
+    errors = [result.figure for result in verdict.errors.values()]
     name = one.program.name
     return Outcome(name, one.folder.name, verdict.status, verdict.reason, max(errors, default=0.0), seconds)
 

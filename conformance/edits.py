@@ -9,6 +9,7 @@ from fractions import Fraction
 
 from conformance.ports import Port
 from conformance.scenario import LESSON, NUMBERS, Scenario
+from conformance.sources import source
 
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
 CONSTANT_OF = {"horizon": "t_final"}  # where a program's name for it is another
@@ -89,6 +90,12 @@ def scenario_edits(port: Port, text: str, scenario: Scenario) -> list[Edit]:
         edits.append(constant_edit(port, text, "intervals", str(count)))
     edits += [Edit(spelled(port, old), spelled(port, new)) for old, new in _reference(scenario) if old != new]
     return edits
+
+
+def in_scenario(port: Port, scenario: Scenario) -> str:
+    """The lesson's program turned into that of another scenario; raises ValueError where an edit does not apply."""
+    text = source(port)
+    return edited(text, scenario_edits(port, text, scenario))
 
 
 def _reference(scenario: Scenario) -> list[tuple[str, str]]:

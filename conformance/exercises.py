@@ -8,7 +8,8 @@ from difflib import unified_diff
 from conformance.kill_matrix import CSV, END, OUTPUT, Outcome
 from conformance.ports import ROOT, Port
 from conformance.scenario import LESSON
-from conformance.variant import Variant, original, source
+from conformance.sources import source as original
+from conformance.variant import Variant, source
 
 PAGE = ROOT / "docs" / "exercises.md"
 HEAD = """\

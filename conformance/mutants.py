@@ -13,12 +13,12 @@ from difflib import unified_diff
 from fractions import Fraction
 from pathlib import Path
 
-from conformance.edits import edited, scenario_edits
+from conformance.edits import in_scenario
 from conformance.kill_matrix import refusals
 from conformance.ports import ROOT, Port
 from conformance.scenario import LESSON
 from conformance.table import layout
-from conformance.variant import Job, copy_what_runs, in_tree, job, original, run_all
+from conformance.variant import Job, copy_what_runs, in_tree, job, run_all
 from conformance.verdict import judge_port
 
 SCENARIO = replace(LESSON, horizon=Fraction(1))  # the transient, where every term counts
@@ -60,7 +60,7 @@ class Fate:
 
 def mutants(port: Port) -> list[Mutant]:
     """Every mutant of a port, over the short horizon."""
-    text = edited(original(port), scenario_edits(port, original(port), SCENARIO))
+    text = in_scenario(port, SCENARIO)
     lines = text.splitlines(keepends=True)
     made = []
     for number in _arithmetic(port, text):

@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_UP, Context
 
+from conformance.atomic import write_atomically
 from conformance.checks import Result
 from conformance.ports import ROOT, Port
 from conformance.trajectory import STATES
@@ -20,7 +21,7 @@ HEAD = ("port", "engine that ran", "verdict", *(f"error of {state}, at most" for
 def write_readme(judgement: Judgement, ports: Mapping[str, Port]) -> None:
     """Bring table and picture up to date; raises ValueError where a mark is missing, OSError without the figure."""
     text = README.read_text(encoding="utf-8")
-    README.write_text(with_table(text, table(judgement.verdicts)), encoding="utf-8")
+    write_atomically(README, with_table(text, table(judgement.verdicts)))
     shutil.copyfile(figure(ports), PICTURE)
 
 
@@ -51,13 +52,8 @@ def table(verdicts: Sequence[Verdict]) -> str:
 
 def row(verdict: Verdict) -> tuple[str, ...]:
     """The table's cells for one port."""
-    errors = {result.claim: rounded_up(result) for result in verdict.results}
-    return (
-        verdict.name,
-        verdict.engine,
-        verdict.status,
-        *(errors.get(f"{state}-equals-the-exact-solution", "") for state in STATES),
-    )
+    errors = [rounded_up(result) for result in verdict.errors.values()]
+    return (verdict.name, verdict.engine, verdict.status, *(errors or [""] * len(STATES)))
 
 
 def rounded_up(result: Result) -> str:

@@ -58,9 +58,14 @@ def compile_command(port: Port) -> list[str]:
     if not port.target:
         return []
     make = ["make", "--dry-run", "--always-make", f"build/{port.name}/{port.target}"]
-    plain = {name: value for name, value in os.environ.items() if name not in ("PORTS", "MAKEFLAGS", "MAKELEVEL")}
-    answer = subprocess.run(make, cwd=port.folder.parent, env=plain, capture_output=True, text=True, check=True)
+    answer = subprocess.run(make, cwd=port.folder.parent, env=as_a_user(), capture_output=True, text=True, check=True)
     return shlex.split(answer.stdout.splitlines()[-1])
+
+
+def as_a_user() -> dict[str, str]:
+    """The environment for a make of its own: without PORTS and the flags of a make that runs this."""
+    inherited = ("PORTS", "MAKEFLAGS", "MFLAGS", "MAKELEVEL")
+    return {name: value for name, value in os.environ.items() if name not in inherited}
 
 
 def headless() -> dict[str, str]:

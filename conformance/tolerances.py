@@ -39,11 +39,7 @@ def rows(port: Port) -> Iterator[tuple[str, ...]]:
     if not verdict.conforms:
         raise ValueError(f"{port.name}: {verdict.status}; the page needs a run of every port: make all")
     ran = port.ran_engine(port.run() or {})
-    errors = {
-        result.claim.removesuffix("-equals-the-exact-solution"): result.figure
-        for result in verdict.results
-        if result.claim.endswith("-equals-the-exact-solution")
-    }
+    errors = {state: result.figure for state, result in verdict.errors.items()}
     for engine in port.engines:
         for state, tolerance in zip(STATES, engine.tolerance, strict=True):
             measured = (f"{errors[state]:.1e}", f"{tolerance / errors[state]:.1f}") if engine is ran else ("", "")

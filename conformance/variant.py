@@ -22,9 +22,9 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
-from conformance.edits import Edit, constant_edit, edited, scenario_edits, spelled, without_drawing
+from conformance.edits import Edit, constant_edit, edited, in_scenario, spelled, without_drawing
 from conformance.ports import ROOT, Port, read_ports
-from conformance.run import choose_engine
+from conformance.run import as_a_user, choose_engine
 from conformance.scenario import LESSON, Scenario, scenario
 
 DATA = Path(__file__).with_name("variants")
@@ -112,7 +112,7 @@ def _edit(table: dict[str, str]) -> Edit:
 
 def own_edits(variant: Variant, port: Port) -> list[Edit]:
     """The edits of a variant in a port's spelling, those of its scenario left out; raises ValueError for none."""
-    text = edited(original(port), scenario_edits(port, original(port), variant.scenario))
+    text = in_scenario(port, variant.scenario)
     edits = [constant_edit(port, text, name, value) for name, value in variant.constants]
     edits += [Edit(spelled(port, e.old), spelled(port, e.new)) for name, e in variant.edits if name == EVERY]
     edits += [e for name, e in variant.edits if name == port.name]
@@ -124,15 +124,9 @@ def own_edits(variant: Variant, port: Port) -> list[Edit]:
 def source(variant: Variant, port: Port) -> str:
     """The program as the variant has it, with its figure; raises ValueError where an edit does not apply."""
     try:
-        text = edited(original(port), scenario_edits(port, original(port), variant.scenario))
-        return edited(text, own_edits(variant, port))
+        return edited(in_scenario(port, variant.scenario), own_edits(variant, port))
     except ValueError as error:
         raise ValueError(f"{variant.name}, {port.name}: {error}") from None
-
-
-def original(port: Port) -> str:
-    """The program of the tree."""
-    return port.source_path.read_text(encoding="utf-8")
 
 
 def copy_tree(destination: Path) -> None:
@@ -266,10 +260,9 @@ def _run(one: Job, running: set[subprocess.Popen[bytes]], over: Event) -> None:
     """make PORT in the tree, which installs nothing; this run's own PORTS and make flags do not reach it."""
     shutil.rmtree(one.folder, ignore_errors=True)
     one.folder.mkdir(parents=True)
-    environment = {k: v for k, v in os.environ.items() if k not in ("PORTS", "MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
     with open(one.tree / "build" / f"{one.port.name}.log", "wb") as log:
         process = subprocess.Popen(
-            ["make", "-o", ".venv/installed", one.port.name], cwd=one.tree, env=environment, start_new_session=True,
+            ["make", "-o", ".venv/installed", one.port.name], cwd=one.tree, env=as_a_user(), start_new_session=True,
             stdin=subprocess.DEVNULL, stdout=log, stderr=log,
         )  # fmt: skip
         running.add(process)

@@ -2,9 +2,7 @@
 """The verdict on a program or on a file: a status, its reason, and the results it rests on."""
 
 import json
-import os
 import re
-import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -46,6 +44,13 @@ class Verdict:
     @property
     def conforms(self) -> bool:
         return self.status == "pass"
+
+    @property
+    def errors(self) -> dict[str, Result]:
+        """The comparison with the exact solution, by state; empty where nothing was measured."""
+        measured = {result.claim: result for result in self.results}
+        claims = {state: f"{state}-equals-the-exact-solution" for state in STATES}
+        return {state: measured[claim] for state, claim in claims.items() if claim in measured}
 
 
 @dataclass(frozen=True)
@@ -182,9 +187,8 @@ def table_rows(verdicts: Sequence[Verdict]) -> list[tuple[str, ...]]:
     head = ("port", "status", "engine and version", *(f"{state}: error, of tolerance" for state in STATES))
     rows: list[tuple[str, ...]] = [head]
     for verdict in verdicts:
-        errors = [result for result in verdict.results if result.claim.endswith("-equals-the-exact-solution")]
-        cells = (f"{result.figure:.1e}  {result.figure / result.bound:.2g}" for result in errors)
-        rows.append((verdict.name, verdict.status, verdict.engine, *(cells if errors else [""] * len(STATES))))
+        cells = [f"{result.figure:.1e}  {result.figure / result.bound:.2g}" for result in verdict.errors.values()]
+        rows.append((verdict.name, verdict.status, verdict.engine, *(cells or [""] * len(STATES))))
     return rows
 
 
@@ -239,12 +243,3 @@ def _plain(result: Result) -> dict[str, Any]:
         "bound": float(result.bound),
         "passed": result.passed,
     }
-
-
-def write_atomically(path: Path, text: str) -> None:
-    """Write beside and rename, so that no half-written file is left."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=f"{path.name}.", delete=False) as part:
-        part.write(text)
-    os.chmod(part.name, 0o644)
-    os.replace(part.name, path)

@@ -16,6 +16,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from latex2mathml.converter import convert
 from markupsafe import Markup
 
+from conformance.atomic import write_atomically
 from conformance.checks import Result
 from conformance.exact import exact
 from conformance.ports import ROOT, Port
@@ -39,12 +40,12 @@ from conformance.scenario import LESSON, Scenario
 from conformance.sources import STEPS
 from conformance.table import engine_and_version
 from conformance.variant import Variant, read_variants
-from conformance.verdict import Verdict, headline, judge_all, write_atomically
+from conformance.verdict import Judgement, Verdict, headline
 
 HERE = Path(__file__).parent
 UPLOT = ROOT / ".venv" / "page" / "node_modules" / "uplot"
 COLOURS = 8  # in style.css
-EXACT = "-equals-the-exact-solution"  # ends the names of the claims that bound the error of a state
+PAGE = ROOT / "build" / "report" / "index.html"
 
 
 @dataclass(frozen=True)
@@ -78,14 +79,13 @@ class Program:
 NOTHING = Cell("none", "", "not measured")
 
 
-def write_page(path: Path, ports: Mapping[str, Port], scenario: Scenario = LESSON) -> None:
-    """Judge the ports and write the page; raises ValueError where what it embeds is not installed."""
-    write_atomically(path, page(ports, scenario))
+def write_page(path: Path, ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = LESSON) -> None:
+    """Write the page on these ports; raises ValueError where what it embeds is not installed."""
+    write_atomically(path, page(ports, judgement, scenario))
 
 
-def page(ports: Mapping[str, Port], scenario: Scenario = LESSON) -> str:
-    """The page on these ports, as HTML."""
-    judgement = judge_all(ports, scenario)
+def page(ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = LESSON) -> str:
+    """The page on these ports, as they were judged, as HTML."""
     verdicts = {verdict.name: verdict for verdict in judgement.verdicts if verdict.name in ports}
     programs = [program(port, verdicts[name], i % COLOURS) for i, (name, port) in enumerate(ports.items())]
     variants = read_variants()
@@ -176,7 +176,7 @@ def commit() -> str:
 def program(port: Port, verdict: Verdict, colour: int) -> Program:
     """What the page says of one port."""
     run = port.run()
-    worst = max(compared(verdict), key=lambda result: result.figure / result.bound, default=None)
+    state, worst = max(verdict.errors.items(), key=lambda item: item[1].figure / item[1].bound, default=("", None))
     return Program(
         name=port.name,
         language=port.language,
@@ -187,15 +187,10 @@ def program(port: Port, verdict: Verdict, colour: int) -> Program:
         engine=engine_and_version(run) if run else "",
         licence=licence(port, run),
         run=f"{run['start'][:19].replace('T', ' ')} UTC, {run['seconds']:.2f}\N{NO-BREAK SPACE}s" if run else "",
-        error=f"{worst.figure:.1e} in {worst.claim.removesuffix(EXACT)}, of {worst.bound:.1e}" if worst else "",
+        error=f"{worst.figure:.1e} in {state}, of {worst.bound:.1e}" if worst else "",
         code=highlighted(port),
         diagram=diagram(port),
     )
-
-
-def compared(verdict: Verdict) -> list[Result]:
-    """The results of the comparison with the exact solution, one per state."""
-    return [result for result in verdict.results if result.claim.endswith(EXACT)]
 
 
 def licence(port: Port, run: Mapping[str, Any] | None) -> str:
@@ -276,7 +271,7 @@ def data(verdicts: Iterable[Verdict], scenario: Scenario) -> dict[str, Any]:
         "grid": packed({"t": GRID * float(scenario.horizon)})["t"],
         "exact": packed(exact_curves(solution)),
         "ports": {v.name: packed(curves(solution, v.trajectory)) for v in verdicts if v.trajectory},
-        "tolerance": {v.name: {r.claim.removesuffix(EXACT): r.bound for r in compared(v)} for v in verdicts},
+        "tolerance": {v.name: {state: result.bound for state, result in v.errors.items()} for v in verdicts},
     }
 
 

@@ -7,17 +7,17 @@ from typing import Any
 
 import pytest
 
+from conformance.atomic import write_atomically
 from conformance.checks import Tolerance
 from conformance.exact import KEPT
 from conformance.ports import ROOT, Port
-from conformance.report.page import write_page
+from conformance.report.page import PAGE, write_page
 from conformance.scenario import LESSON
 from conformance.tests.programs import PORTS, engine_of, trajectory_of
 from conformance.trajectory import Trajectory
 from conformance.variant import copy_tree
-from conformance.verdict import judge_all, summary, to_json, write_atomically
+from conformance.verdict import judge_all, summary, to_json
 
-PAGE = ROOT / "build" / "report" / "index.html"
 SLOWEST_FIRST = (
     "test_variants", "test_campaign", "test_browser", "test_bad_luck", "test_makefile", "test_truth", "test_new_port",
 )  # fmt: skip
@@ -47,7 +47,7 @@ def tolerance(port: Port) -> Tolerance:
 @pytest.fixture(scope="session")
 def report() -> Path:
     """The page on the programs under test."""
-    write_page(PAGE, PORTS)
+    write_page(PAGE, PORTS, judge_all(PORTS, LESSON))
     return PAGE
 
 
@@ -78,7 +78,7 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     terminalreporter.section("programs")
     terminalreporter.write_line(summary(judgement))
     try:
-        write_page(PAGE, PORTS)
+        write_page(PAGE, PORTS, judgement)
         terminalreporter.write_line(f"the page: {PAGE}")
     except ValueError as obstacle:
         terminalreporter.write_line(f"no page: {obstacle}")

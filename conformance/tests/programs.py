@@ -2,12 +2,12 @@
 """The programs under test: those of the environment variable PORTS, all where it is not set."""
 
 import functools
-import os
 import subprocess
 from pathlib import Path
 from typing import Any
 
 from conformance.ports import Engine, Port, selected_ports
+from conformance.run import as_a_user
 from conformance.scenario import LESSON
 from conformance.trajectory import Trajectory, load
 
@@ -36,7 +36,6 @@ def engine_of(port: Port) -> Engine:
 
 def make(root: Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run make in a tree, as a user would: without this run's own PORTS and make flags."""
-    inherited = {k: v for k, v in os.environ.items() if k not in ("PORTS", "MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
     return subprocess.run(
-        ["make", *words], cwd=root, env={**inherited, **environment}, capture_output=True, text=True, timeout=300
+        ["make", *words], cwd=root, env=as_a_user() | environment, capture_output=True, text=True, timeout=300
     )

@@ -16,15 +16,16 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 
 from conformance.ports import read_ports
+from conformance.report import chromium
 from conformance.report.page import write_page
 from conformance.report.playground import mistakes
-from conformance.scenario import SCENARIOS
+from conformance.scenario import LESSON, SCENARIOS
 from conformance.sources import cut
 from conformance.tests.programs import PORTS
 from conformance.variant import read_variants
-from conformance.verdict import judge_file
+from conformance.verdict import judge_all, judge_file
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+CHROMIUM = chromium()
 PATIENCE = 6  # attempts at what takes longer on a busy machine
 ALL_AT_ONCE = ".step { content-visibility: visible !important } .inspector { position: static !important }"
 SCREENS = {"narrow dark": (360, 740, "dark"), "wide light": (1900, 1000, "light")}
@@ -143,7 +144,7 @@ def test_refused_and_missing_programs_say_why(browser: Browser, tmp_path: Path) 
     refused.csv.write_text("\n".join([lines[0], *wrong]) + "\n")
     record = refused.build / "run.json"
     record.write_text(json.dumps({**(refused.run() or {}), "csv_sha256": refused.csv_hash()}))
-    write_page(tmp_path / "index.html", ports)
+    write_page(tmp_path / "index.html", ports, judge_all(ports, LESSON))
     other = open_page(browser, tmp_path / "index.html")
     show_all(other.page)
     for port, reason in ((refused, "x2-equals-the-exact-solution (10) FAILS"), (missing, f"type: make {missing.name}")):

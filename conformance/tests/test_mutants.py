@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from conformance.edits import edited, scenario_edits
+from conformance.edits import in_scenario
 from conformance.mutants import SCENARIO, Fate, Mutant, changes, equivalents, fates, mutants, summary, unexplained
 from conformance.ports import ROOT, read_ports
 from conformance.tests.programs import PORTS
-from conformance.variant import original, runnable
+from conformance.variant import runnable
 
 ALL = read_ports()
 MADE = {name: mutants(port) for name, port in ALL.items()}
@@ -38,7 +38,7 @@ def test_every_term_of_the_control_is_mutated(name: str) -> None:
 @pytest.mark.parametrize("name", MADE)
 def test_a_mutant_differs_in_one_line(name: str) -> None:
     for mutant in MADE[name]:
-        text = edited(original(mutant.port), scenario_edits(mutant.port, original(mutant.port), SCENARIO))
+        text = in_scenario(mutant.port, SCENARIO)
         lines = zip(text.splitlines(), mutant.text.splitlines(), strict=True)
         assert [number for number, (old, new) in enumerate(lines, start=1) if old != new] == [mutant.line]
 
@@ -50,7 +50,7 @@ def test_steps_that_are_written_out_are_mutated_too() -> None:
 
 def test_fates_are_told_apart() -> None:
     killed = MADE[FIRST.name][0]
-    harmless = edited(original(FIRST), scenario_edits(FIRST, original(FIRST), SCENARIO))
+    harmless = in_scenario(FIRST, SCENARIO)
     survivor = Mutant(FIRST, 1, "x = 1", "x = 2", harmless)
     found = fates([killed, survivor], ROOT / "build" / "mutants" / "test")
     assert [fate.status for fate in found] == ["killed", "survived"]

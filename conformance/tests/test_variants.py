@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from conformance import kill_matrix
+from conformance.atomic import write_atomically
 from conformance.edits import Edit
 from conformance.exact import exact
 from conformance.exercises import MATRIX, PAGE, page
@@ -35,7 +36,7 @@ from conformance.variant import (
     source,
     write_tree,
 )
-from conformance.verdict import Verdict, write_atomically
+from conformance.verdict import Verdict
 
 VARIANTS = read_variants()
 outcome = functools.cache(kill_matrix.outcome)
@@ -169,7 +170,8 @@ def test_an_interrupted_run_keeps_what_has_run_and_ends_what_runs(tmp_path: Path
     script = f"""
 from pathlib import Path
 from conformance.ports import read_ports
-from conformance.variant import job, original, run_all
+from conformance.sources import source as original
+from conformance.variant import job, run_all
 port = read_ports()[{FIRST.name!r}]
 run_all((job(Path({str(tmp_path)!r}) / name, port, original(port)) for name in ("one", "two", "three")), workers=1)
 """
