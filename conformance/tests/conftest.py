@@ -10,12 +10,13 @@ import pytest
 from conformance.atomic import write_atomically
 from conformance.checks import Tolerance
 from conformance.exact import KEPT
+from conformance.kill_matrix import prepare
 from conformance.ports import ROOT, Port
 from conformance.report.page import PAGE, write_page
 from conformance.scenario import LESSON
 from conformance.tests.programs import PORTS, engine_of, trajectory_of
 from conformance.trajectory import Trajectory
-from conformance.variant import copy_tree
+from conformance.variant import copy_tree, read_variants, runnable
 from conformance.verdict import judge_all, summary, to_json
 
 SLOWEST_FIRST = (
@@ -45,8 +46,14 @@ def tolerance(port: Port) -> Tolerance:
 
 
 @pytest.fixture(scope="session")
-def report() -> Path:
-    """The page on the programs under test."""
+def variants_have_run() -> None:
+    """All that is not up to date is run, in parallel; who comes second waits, and finds it done."""
+    prepare(read_variants().values(), runnable(PORTS.values()))
+
+
+@pytest.fixture(scope="session")
+def report(variants_have_run: None) -> Path:
+    """The page on the programs under test, the exercises with what their variants led to."""
     write_page(PAGE, PORTS, judge_all(PORTS, LESSON))
     return PAGE
 

@@ -19,7 +19,7 @@ from conformance.atomic import write_atomically
 from conformance.edits import Edit
 from conformance.exact import exact
 from conformance.exercises import MATRIX, PAGE, page
-from conformance.kill_matrix import END, OUTPUT, Outcome, prepare, refusals
+from conformance.kill_matrix import END, OUTPUT, Outcome, refusals
 from conformance.ports import ROOT, Port, read_ports
 from conformance.scenario import LESSON, Scenario
 from conformance.tests.programs import PORTS, record, trajectory_of
@@ -43,10 +43,7 @@ outcome = functools.cache(kill_matrix.outcome)
 PAIRS = [(variant, port) for variant in VARIANTS.values() for port in PORTS.values() if variant.has(port)]
 
 
-@pytest.fixture(scope="session", autouse=True)
-def variants_have_run() -> None:
-    """All that is not up to date is run, in parallel."""
-    prepare(VARIANTS.values(), runnable(PORTS.values()))
+pytestmark = pytest.mark.usefixtures("variants_have_run")
 
 
 def cases(mistakes: bool) -> pytest.MarkDecorator:
