@@ -11,7 +11,7 @@ The recursion is that of Krstic, Kanellakopoulos, Kokotovic (1992), Systems & Co
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -236,18 +236,20 @@ def closed_loop(
     reference: Any,
     values: Mapping[sp.Symbol, Any] | None = None,
     time: sp.Symbol = TIME,
+    free: Sequence[sp.Symbol] = (),
 ) -> ClosedLoop:
     """Derive the closed loop of a plant with true parameters `theta` and reference r(t); (7), (10).
 
     Nothing of it is written down by hand: right-hand sides, z, V and V' come out of the design.
     `theta` holds p exact numbers, `reference` is an expression in `time`, `values` gives exact numbers to the symbols
     among the gains and constants. Numbers are int, Fraction, SymPy rationals, or decimals as strings: "1.2" is 6/5.
+    Symbols in `free` stay, as parameters of a family of closed loops; `theta` and `reference` may hold them.
     Raises DesignError for a wrong length, a float, a symbol left without a value, or gains that are not positive.
     """
     plant = design.plant
     if len(theta) != len(plant.parameters):
         raise DesignError(f"theta: {len(theta)} values given, {len(plant.parameters)} needed, one per parameter")
-    numbers = {s: number(v, str(s)) for s, v in zip(plant.parameters, theta, strict=True)}
+    numbers = {s: v if v in free else number(v, str(s)) for s, v in zip(plant.parameters, theta, strict=True)}
     symbols = {*plant.constants, *(s for e in (*design.k, *design.Gamma) for s in e.free_symbols)}
     for s, value in (values or {}).items():
         if s not in symbols:
@@ -260,18 +262,18 @@ def closed_loop(
     rows = [row.xreplace({plant.input: design.u}) for row in plant.rhs]
     outputs = [*rows, *design.theta_hat_dot, design.u, design.r[0], *design.z, design.V, V_dot(design)]
     outputs = [*outputs, dissipation(design)]
-    given = dict(zip(design.r, _derivatives(reference, time, len(design.r)), strict=True))
+    given = dict(zip(design.r, _derivatives(reference, time, len(design.r), free), strict=True))
     definitions, outputs = _substituted(given | dict(design.program.definitions), outputs, numbers)
-    _check_closed(definitions, outputs, (*plant.states, *design.theta_hat), time)
+    _check_closed(definitions, outputs, {*plant.states, *design.theta_hat, time, *free})
     rhs, rest = outputs[: len(rows) + len(theta)], outputs[len(rows) + len(theta) :]
     u, r, *z, V, rate, fall = rest
     states = (*plant.states, *design.theta_hat)
     return ClosedLoop(time, states, tuple(definitions.items()), tuple(rhs), u, r, tuple(z), V, rate, fall)
 
 
-def _derivatives(reference: Any, time: sp.Symbol, count: int) -> list[sp.Expr]:
+def _derivatives(reference: Any, time: sp.Symbol, count: int, free: Sequence[sp.Symbol]) -> list[sp.Expr]:
     r = expression(reference, "the reference")
-    if r.free_symbols - {time}:
+    if r.free_symbols - {time, *free}:
         raise DesignError(f"the reference: {r} may use {time} alone")
     for e, verdict in singularities(r, (time,)):
         raise DesignError(f"the reference: {e} is not smooth, or not known to be {verdict}".rstrip())
@@ -297,12 +299,10 @@ def _substituted(
     return {s: e for s, e in kept.items() if s in live}, results
 
 
-def _check_closed(
-    definitions: Mapping[sp.Symbol, sp.Expr], outputs: Sequence[sp.Expr], states: Sequence[sp.Symbol], time: sp.Symbol
-) -> None:
-    free = needed(outputs, definitions) - definitions.keys() - {*states, time}
-    if free:
-        raise DesignError(f"{min(map(str, free))} has no value in the closed loop")
+def _check_closed(definitions: Mapping[sp.Symbol, sp.Expr], outputs: Sequence[sp.Expr], known: Set[sp.Symbol]) -> None:
+    unknown = needed(outputs, definitions) - definitions.keys() - known
+    if unknown:
+        raise DesignError(f"{min(map(str, unknown))} has no value in the closed loop")
 
 
 # ------------------------------------------------------------------ checked input

@@ -51,7 +51,7 @@ class NoEnclosure(ArithmeticError):
 
 @dataclass(frozen=True)
 class Settings:
-    """Orders, tolerances and precision of one attempt; radii are absolute, in the units of the rows."""
+    """Orders, tolerances and precision of one attempt; radii are absolute, in the units of the states."""
 
     target: float  # radius to hold at every time
     tolerance: float  # Lagrange remainder allowed per step
@@ -62,7 +62,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Step:
-    """|row(start + s) - sum_k polynomial[row][k] s^k| <= radius[row] for 0 <= s <= width; coefficients are exact."""
+    """|x_i(start + s) - sum_k polynomial[i][k] s^k| <= radius[i] for 0 <= s <= width; coefficients are exact."""
 
     start: float
     width: float
@@ -194,16 +194,17 @@ class Stepper:
 
     def __init__(self, program: Program, settings: Settings) -> None:
         self.program = program
-        self.extended, self.sensitivity, self.unit = variational(program)
+        self.extended = variational(program)
         self.settings = settings
 
     def expand(self, time: float, start: StartSet) -> Expanded:
         """Expands at the set; raises ProofEnded where the right-hand side is not defined on it."""
-        extended = start.hull() + [arb(y) for y in self.unit]
+        n = len(start.middle)
+        extended = start.hull() + [arb(i == j) for i in range(n) for j in range(n)]
         low = coefficients(self.extended, arb(time), extended, self.settings.low_order)
         point = coefficients(self.program, arb(time), start.middle, self.settings.order)
         for program, values in ((self.extended, low), (self.program, point)):
-            if not all(c.is_finite() for v in values for c in v):
+            if not all(c.is_finite() for x in program.states for c in values[x]):
                 raise ProofEnded(time, program.trouble(values))
         return Expanded(time, start, extended, low, point)
 
@@ -214,10 +215,10 @@ class Stepper:
         tight, over_box = a_priori(self.extended, time, at.low, q, h)
         end = [expansion(at.low[z], over_box[z], arb(h), q) for z in self.extended.states]
         over_tight = coefficients(self.program, time + up_to(h), tight[: len(self.program.states)], order)
-        if not all(c.is_finite() for r in self.program.rows for c in over_tight[r]):
+        if not all(c.is_finite() for x in self.program.states for c in over_tight[x]):
             raise NoEnclosure(self.program.trouble(over_tight))
         entries = self.extended.states[len(self.program.states) :]
-        remainders = [remainder(over_tight[r], arb(h), order) for r in self.program.rows]
+        remainders = [remainder(over_tight[x], arb(h), order) for x in self.program.states]
         fitting = min(
             factor(self.settings.tolerance, remainders, order),
             factor(SHARP, [remainder(over_box[y], arb(h), q) for y in entries], q),
@@ -254,17 +255,15 @@ class Stepper:
         return "the remainder exceeds its tolerance over the shortest step allowed"
 
     def dense(self, at: Expanded, flow: Flow) -> Step:
-        """The polynomials of the rows from the midpoint, and radii that hold on the whole step."""
+        """The polynomials of the states from the midpoint, and radii that hold on the whole step."""
         order, h = self.settings.order, arb(flow.width)
         spread = [(x - m).abs_upper() for x, m in zip(at.extended, at.start.middle, strict=False)]
-        slopes = coefficients(self.extended, arb(at.time) + up_to(flow.width), flow.tight, 0)
         polynomials, radii = [], []
-        for row, sensitivity in zip(self.program.rows, self.sensitivity, strict=True):
-            points = at.point[row][:order]
-            radius = remainder(flow.over_box[row], h, order).abs_upper()
+        for x, Y in zip(self.program.states, self.jacobian(flow.tight).tolist(), strict=True):
+            points = at.point[x][:order]
+            radius = remainder(flow.over_box[x], h, order).abs_upper()
             radius += sum((c.rad() * h**k for k, c in enumerate(points)), arb(0))
-            for d, r in zip(sensitivity, spread, strict=True):
-                radius += slopes[d][0].abs_upper() * r if d is not None else arb(0)
+            radius += sum((y.abs_upper() * r for y, r in zip(Y, spread, strict=True)), arb(0))
             polynomials.append(tuple(c.mid() for c in points))
             radii.append(upper(radius))
         return Step(at.time, flow.width, tuple(polynomials), tuple(radii))
@@ -275,18 +274,16 @@ class Stepper:
         ends = [expansion(at.point[s], flow.over_box[s], arb(flow.width), order) for s in self.program.states]
         middle = [e.mid() for e in ends]
         local = arb_mat(n, 1, [e - m for e, m in zip(ends, middle, strict=True)])
-        spread = self.jacobian(flow) * at.start.basis
+        spread = self.jacobian(flow.end) * at.start.basis
         basis = orthogonal_factor(spread, at.start.box)
         inverse = basis.inv()
         box = (inverse * spread) * at.start.box + inverse * local
         return StartSet(middle, basis, arb_mat(n, 1, [arb(0, r.abs_upper()) for r in box.entries()]))
 
-    def jacobian(self, flow: Flow) -> arb_mat:
-        """Y at the end of the step, as a matrix."""
+    def jacobian(self, extended: Sequence[arb]) -> arb_mat:
+        """Y as a matrix, from x and Y."""
         n = len(self.program.states)
-        ends = dict(zip(self.extended.states, flow.end, strict=True))
-        entries = [ends.get(d, arb(1)) if d is not None else arb(0) for row in self.sensitivity[:n] for d in row]
-        return arb_mat(n, n, entries)
+        return arb_mat(n, n, extended[n:])
 
 
 def orthogonal_factor(spread: arb_mat, box: arb_mat) -> arb_mat:
@@ -343,7 +340,7 @@ def prove(
 ) -> tuple[Settings, list[Step]]:
     """All steps, and the settings that reached the target: remainders and bits shrink and grow until it holds.
 
-    start: gives the balls at the precision of the attempt. end: s. target: absolute radius, for all rows.
+    start: gives the balls at the precision of the attempt. end: s. target: absolute radius, for all states.
     Raises ProofEnded: see `steps`.
     """
     ended: ProofEnded | None = None

@@ -7,7 +7,7 @@ Only the first use needs SymPy and ball arithmetic (`experiment`); what it finds
 import functools
 import hashlib
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from conformance import cache
 from conformance.piecewise import Floats, Table
 from conformance.ports import ROOT
-from conformance.scenario import Scenario
+from conformance.scenario import PARAMETERS, Scenario
 
 KEPT = ROOT / "build" / "truth"
 TARGET = 1e-18  # radius of the proof
@@ -40,56 +40,63 @@ class Gains:
 
 @dataclass(frozen=True)
 class Exact:
-    """The exact solution, within 1e-15 of each row's scale, and the closed loop; times t in s.
+    """The exact solution, within `table.bound`, and the closed loop; times t in s.
 
     Functions of (t, states) take shapes (rows,) and (3, rows): x1, x2, theta_hat.
     """
 
     scenario: Scenario
-    names: tuple[str, ...]  # of the rows: x1, x2, theta_hat, dissipated, z1, z2, V
-    table: Table
+    table: Table  # of x1, x2, theta_hat
     gains: Gains
     functions: dict[str, Function]
 
-    def evaluate(self, times: ArrayLike, names: Sequence[str]) -> Floats:
-        """Rows of the exact solution, shape (len(names), *times.shape); ValueError for a time outside the horizon."""
-        return self.table(times, [self.names.index(name) for name in names])
+    def evaluate(self, times: ArrayLike) -> Floats:
+        """x1, x2 and theta_hat, shape (3, *times.shape); raises ValueError for a time outside of the horizon."""
+        return self.table(times, range(3))
 
     def reference(self, t: Floats) -> Floats:
         """r(t), shape (rows,)."""
-        row: Floats = _rows(self.functions["reference"](t), t)[0]
-        return row
+        return self._row("reference", t)
 
     def control(self, t: Floats, states: Floats) -> Floats:
         """u, shape (rows,)."""
-        row: Floats = _rows(self.functions["control"](t, *states), t)[0]
-        return row
+        return self._row("control", t, states)
 
     def first(self, t: Floats, states: Floats) -> Floats:
         """The states' derivatives, shape (3, rows)."""
-        return _rows(self.functions["first"](t, *states), t)
+        return self._rows("first", t, states)
 
     def second(self, t: Floats, states: Floats) -> Floats:
         """The states' second derivatives along solutions, shape (3, rows)."""
-        return _rows(self.functions["second"](t, *states), t)
+        return self._rows("second", t, states)
 
     def errors(self, t: Floats, states: Floats) -> Floats:
         """z1 and z2, shape (2, rows)."""
-        return _rows(self.functions["errors"](t, *states), t)
+        return self._rows("errors", t, states)
 
     def lyapunov(self, t: Floats, states: Floats) -> Floats:
         """V, shape (rows,)."""
-        row: Floats = _rows(self.functions["lyapunov"](t, *states), t)[0]
-        return row
+        return self._row("lyapunov", t, states)
 
     def dissipation(self, t: Floats, states: Floats) -> Floats:
         """k1 z1^2 + k2 z2^2, which is -V', and its derivative along solutions, shape (2, rows)."""
-        return _rows(self.functions["dissipation"](t, *states), t)
+        return self._rows("dissipation", t, states)
+
+    def _row(self, name: str, t: Floats, states: Iterable[Floats] = ()) -> Floats:
+        row: Floats = self._rows(name, t, states)[0]
+        return row
+
+    def _rows(self, name: str, t: Floats, states: Iterable[Floats] = ()) -> Floats:
+        return rows(self.functions[name], self.scenario, t, states)
 
 
-def _rows(values: Sequence[Floats], t: Floats) -> Floats:
-    """The values as rows; a constant becomes a row as long as the others."""
-    return np.stack([np.broadcast_to(value, t.shape) for value in values])
+def rows(function: Function, scenario: Scenario, t: Floats, states: Iterable[Floats]) -> Floats:
+    """A derived function in a scenario, shape (results, rows); a constant becomes a row as long as the others."""
+    parameters = {name: float(getattr(scenario, name)) for name in PARAMETERS}
+    return np.stack([np.broadcast_to(value, t.shape) for value in function(t, *states, **parameters)])
+
+
+# ---- Derived once, then kept ----
 
 
 @functools.cache
@@ -98,51 +105,64 @@ def exact(scenario: Scenario, target: float = TARGET) -> Exact:
 
     Raises ProofEnded where the proof cannot be continued to the horizon.
     """
-    key = _key(scenario, target)
-    path = KEPT / f"{key}.exact"
-    payload = cache.read(path, key)
-    if payload is None:
-        payload = _derive(scenario, target)
-        cache.write(path, key, payload)
+    functions = derived_functions(scenario.wave)
+    payload = _kept("exact", (scenario, target), lambda: _prove(scenario, target, functions["gradients"]))
     with np.load(io.BytesIO(payload), allow_pickle=False) as stored:
         arrays: dict[str, Floats] = dict(stored)
-    text, names = (arrays.pop(name).tobytes().decode() for name in ("source", "names"))
     gains = Gains(**{name: arrays.pop(f"gain_{name}") for name in Gains.__annotations__})
-    return Exact(scenario, tuple(names.split()), Table(**arrays), gains, _functions(text))
+    return Exact(scenario, Table(**arrays), gains, functions)
 
 
-def _key(scenario: Scenario, target: float) -> str:
-    """A digest of all that the answer depends on: scenario, target, the sources and the locked libraries."""
-    digest = hashlib.sha256(repr((scenario, target)).encode())
+@functools.cache
+def derived_functions(wave: str) -> dict[str, Function]:
+    """The closed loop's functions of t, states and parameters, by name; from the cache where they are."""
+
+    def derive() -> bytes:
+        from conformance.experiment import source
+
+        return source(wave).encode()
+
+    text = _kept("functions", wave, derive).decode()
+    names: dict[str, Function] = {}
+    exec(compile(text, "derived closed loop", "exec"), {"sin": np.sin, "cos": np.cos}, names)
+    return names
+
+
+def _kept(kind: str, of: object, derive: Callable[[], bytes]) -> bytes:
+    """What is kept in build/truth, or else derived, and then kept."""
+    key = _key(of)
+    path = KEPT / f"{key}.{kind}"
+    payload = cache.read(path, key)
+    if payload is None:
+        payload = derive()
+        cache.write(path, key, payload)
+    return payload
+
+
+def _key(of: object) -> str:
+    """A digest of this and of all that its derivation depends on: the sources and the locked libraries."""
+    digest = hashlib.sha256(repr(of).encode())
     for path in (*(Path(__file__).with_name(f"{name}.py") for name in MODULES.split()), ROOT / "requirements.txt"):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
-def _derive(scenario: Scenario, target: float) -> bytes:
-    """Prove the solution, derive the functions, and measure the gains: as the bytes that are kept."""
-    from conformance.experiment import source, truth
+def _prove(scenario: Scenario, target: float, gradients: Function) -> bytes:
+    """Prove the solution and measure the gains along it: as the bytes that are kept."""
+    from conformance.experiment import problem
+    from conformance.truth import compute
 
-    enclosed, text = truth(scenario, target), source(scenario)
+    enclosed = compute(problem(scenario), target)
     t = np.linspace(0, float(scenario.horizon), SAMPLES)
-    states = enclosed.evaluate(t, ("x1", "x2", "theta_hat"))
-    gradients = np.abs(_rows(_functions(text)["gradients"](t, *states), t)).reshape(7, 3, SAMPLES)
-    largest = gradients.max(axis=2)
+    slopes = np.abs(rows(gradients, scenario, t, enclosed.evaluate(t))).reshape(7, 3, SAMPLES)
+    largest = slopes.max(axis=2)
     stream = io.BytesIO()
     np.savez(
         stream,
-        source=np.frombuffer(text.encode(), dtype=np.uint8),
-        names=np.frombuffer(" ".join(enclosed.names).encode(), dtype=np.uint8),
         gain_field=largest[:3],
         gain_z=largest[3:5],
         gain_V=largest[5],
-        gain_dissipated=np.trapezoid(gradients[6], t, axis=1),
+        gain_dissipated=np.trapezoid(slopes[6], t, axis=1),
         **enclosed.table.arrays(),
     )
     return stream.getvalue()
-
-
-def _functions(text: str) -> dict[str, Function]:
-    names: dict[str, Function] = {}
-    exec(compile(text, "derived closed loop", "exec"), {"sin": np.sin, "cos": np.cos}, names)
-    return names

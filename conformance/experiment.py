@@ -11,16 +11,18 @@ from decimal import ROUND_UP, Decimal, localcontext
 from fractions import Fraction
 
 import sympy as sp
-from flint import arb
+from flint import arb, fmpq
 
 from conformance.design import ClosedLoop, closed_loop, tuning_functions
-from conformance.scenario import Scenario
+from conformance.scenario import PARAMETERS, Scenario
 from conformance.strict_feedback import Plant, strict_feedback
 from conformance.taylor import precision
-from conformance.truth import Enclosure, InitialValueProblem, enclose
+from conformance.truth import Enclosure, InitialValueProblem, ball_function, enclose
 
 BEYOND = Fraction(101, 100)  # of the horizon: a file's last row may lie half a step behind it
 PRINTED = ("x1", "x2", "theta_hat", "z1", "z2", "V")
+POSITIVE = ("k1", "k2", "gamma")
+SYMBOLS = tuple(sp.Symbol(name, positive=True) if name in POSITIVE else sp.Symbol(name) for name in PARAMETERS)
 
 
 def _exact(value: Fraction) -> sp.Rational:
@@ -28,34 +30,33 @@ def _exact(value: Fraction) -> sp.Rational:
 
 
 @functools.cache
-def derived_loop(scenario: Scenario) -> ClosedLoop:
-    """The closed loop of the lesson's plant (7) under the adaptive controller derived for it."""
-    x1, x2, u, theta, t = sp.symbols("x1 x2 u theta t")
+def derived_loop(wave: str) -> ClosedLoop:
+    """The closed loop of the lesson's plant (7) under the adaptive controller derived for it, in the PARAMETERS."""
+    x1, x2, u, t = sp.symbols("x1 x2 u t")
+    theta, k1, k2, gamma, amplitude, omega, phase = SYMBOLS
     plant = strict_feedback(Plant((x1, x2), u, (theta,), (x2 + theta * x1, u)))
-    design = tuning_functions(plant, (_exact(scenario.k1), _exact(scenario.k2)), _exact(scenario.gamma))
-    wave = {"sin": sp.sin, "cos": sp.cos}[scenario.wave]
-    reference = _exact(scenario.amplitude) * wave(_exact(scenario.omega) * t + _exact(scenario.phase))
-    return closed_loop(design, [_exact(scenario.theta)], reference, time=t)
+    design = tuning_functions(plant, (k1, k2), gamma)
+    reference = amplitude * {"sin": sp.sin, "cos": sp.cos}[wave](omega * t + phase)
+    return closed_loop(design, [theta], reference, time=t, free=SYMBOLS)
 
 
 def problem(scenario: Scenario) -> InitialValueProblem:
-    """The closed loop as an initial-value problem; `dissipated` is the integral of k1 z1^2 + k2 z2^2."""
-    loop = derived_loop(scenario)
-    start = (scenario.x1_start, scenario.x2_start, scenario.theta_hat_start, Fraction(0))
-    explicit = loop.explicit
+    """The closed loop of a scenario as an initial-value problem in x1, x2 and theta_hat."""
+    loop = derived_loop(scenario.wave)
+    numbers = {symbol: _exact(getattr(scenario, symbol.name)) for symbol in SYMBOLS}
     return InitialValueProblem(
         loop.time,
-        (*loop.states, sp.Symbol("dissipated")),
-        tuple(explicit(e) for e in (*loop.rhs, loop.dissipation)),
-        tuple(map(_exact, start)),
+        loop.states,
+        tuple(e.xreplace(numbers) for e in loop.rhs),
+        tuple(map(_exact, (scenario.x1_start, scenario.x2_start, scenario.theta_hat_start))),
         _exact(scenario.horizon * BEYOND),
-        (("z1", explicit(loop.z[0])), ("z2", explicit(loop.z[1])), ("V", explicit(loop.V))),
+        tuple((name, e.xreplace(numbers)) for name, e in loop.definitions),
     )
 
 
 @functools.cache
 def truth(scenario: Scenario, target: float = 1e-18) -> Enclosure:
-    """The proven enclosure of x1, x2, theta_hat, dissipated, z1, z2 and V, with a radius of at most `target`."""
+    """The proven enclosure of x1, x2 and theta_hat, with a radius of at most `target`."""
     return enclose(problem(scenario), target)
 
 
@@ -69,11 +70,14 @@ def truth_table(scenario: Scenario, times: Sequence[Fraction], digits: int) -> I
         if not 0 <= t <= scenario.horizon:
             raise ValueError(f"time {t} is outside of [0, {scenario.horizon}]")
     enclosed = truth(scenario, min(1e-18, 10.0**-digits))
-    rows = [enclosed.names.index(name) for name in PRINTED]
+    loop = derived_loop(scenario.wave)
+    errors = ball_function(problem(scenario), [*loop.z, loop.V])
     yield ["t", *(text for name in PRINTED for text in (name, f"{name}_radius"))]
     for t in times:
-        at = enclosed.at(t)
-        yield [_decimal(t), *(text for row in rows for text in _printed(at[row], digits))]
+        with precision(enclosed.bits):
+            states = enclosed.at(t)
+            balls = (*states, *errors(arb(fmpq(t.numerator, t.denominator)), states))
+        yield [_decimal(t), *(text for ball in balls for text in _printed(ball, digits))]
 
 
 def _decimal(t: Fraction) -> str:
@@ -93,9 +97,12 @@ def _printed(ball: arb, digits: int) -> tuple[str, str]:
 # ---- The closed loop in double precision ----
 
 
-def source(scenario: Scenario) -> str:
-    """The derived closed loop as Python source: functions of arrays t (s), x1, x2 and theta_hat, each giving a list."""
-    loop = derived_loop(scenario)
+def source(wave: str) -> str:
+    """The derived closed loop as Python source: functions, each giving a list of numbers or arrays.
+
+    Their arguments are t (s), x1, x2 and theta_hat, arrays of one shape (of `reference` t alone), and the PARAMETERS.
+    """
+    loop = derived_loop(wave)
     states = (loop.time, *loop.states)
     field = sp.Matrix([loop.explicit(e) for e in loop.rhs])
     z = sp.Matrix([loop.explicit(e) for e in loop.z])
@@ -106,7 +113,7 @@ def source(scenario: Scenario) -> str:
         return quantity.diff(loop.time) + quantity.jacobian(loop.states) * field
 
     return "\n".join(
-        _function(name, arguments, list(expressions))
+        _function(name, (*arguments, *SYMBOLS), list(expressions))
         for name, arguments, expressions in (
             ("reference", (loop.time,), [loop.explicit(loop.reference)]),
             ("control", states, [loop.explicit(loop.u)]),

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from conformance.exact import Exact
-from conformance.trajectory import STATES, Array, Trajectory
+from conformance.trajectory import Array, Trajectory
 
 BLOCK = 16384  # steps taken together, so that a log of 10 million rows needs little more memory than its columns
 
@@ -23,7 +23,7 @@ class Measured:
     @cached_property
     def deviation(self) -> Array:
         """Logged minus exact x1, x2, theta_hat, shape (3, rows)."""
-        difference: Array = self.trajectory.states - self.exact.evaluate(self.trajectory.t, STATES)
+        difference: Array = self.trajectory.states - self.exact.evaluate(self.trajectory.t)
         return difference
 
     @cached_property
@@ -49,7 +49,7 @@ class Measured:
         errors = np.empty(self.trajectory.t.size - 1)
         for steps, t, _, states in self._blocks():
             h = np.diff(t)
-            midway = self.exact.evaluate(t[:-1] + h / 2, STATES)
+            midway = self.exact.evaluate(t[:-1] + h / 2)
             errors[steps] = np.abs(quintic_midway(self.exact, t, states) - midway).max(axis=0)
         return errors
 
@@ -78,7 +78,7 @@ class Measured:
             rows = slice(steps.start + 1, steps.stop + 1)
             logged[rows] = corrected_trapezoid(self.exact, times, states)
             exact[rows] = corrected_trapezoid(self.exact, times, true_states)
-        missed = np.cumsum(exact) - self.exact.evaluate(t, ["dissipated"])[0]
+        missed = self.exact.lyapunov(t, self.trajectory.states - self.deviation) + np.cumsum(exact)
         return self.V - self.V[0] + np.cumsum(logged), float(np.ptp(missed))
 
     def _blocks(self) -> Iterator[tuple[slice, Array, Array, Array]]:
@@ -140,5 +140,5 @@ def interpolate(trajectory: Trajectory, exact: Exact, times: Array, states: Arra
 
 def interpolation_error(trajectory: Trajectory, exact: Exact, times: Array) -> float:
     """The largest |error| of `interpolate` at these times, given the exact solution at this trajectory's rows."""
-    drawn = interpolate(trajectory, exact, times, exact.evaluate(trajectory.t, STATES))
-    return float(np.abs(drawn - exact.evaluate(times, STATES)).max())
+    drawn = interpolate(trajectory, exact, times, exact.evaluate(trajectory.t))
+    return float(np.abs(drawn - exact.evaluate(times)).max())

@@ -38,6 +38,7 @@ class Scenario:
             raise ValueError(f"wave: found {self.wave!r}, expected one of {', '.join(WAVES)}")
 
 
+PARAMETERS = ("theta", "k1", "k2", "gamma", "amplitude", "omega", "phase")  # of the closed loop
 NUMBERS = tuple(f.name for f in fields(Scenario) if f.name != "wave")
 SCENARIOS = {
     "lesson": Scenario(),

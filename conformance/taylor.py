@@ -27,6 +27,9 @@ from typing import Any, NamedTuple
 import sympy as sp
 from flint import arb, ctx, fmpq
 
+from conformance.program import needed
+
+Definition = tuple[sp.Symbol, sp.Expr]
 Coefficients = list[arb]  # [k] is the coefficient of s^k; a constant keeps its first entry only
 
 
@@ -95,10 +98,10 @@ def _power(exponent: sp.Rational) -> Function:
 
 @dataclass
 class Program:
-    """A straight-line program for f(t, x) and for outputs g(t, x).
+    """A straight-line program for f(t, x).
 
     nodes[i] reads nodes of smaller index only (F(u) also reads its factor F'(u), one coefficient late).
-    states[i], rhs[i]: the nodes of x_i and of f_i. rows: what is asked for, the states first, then the outputs.
+    states[i], rhs[i]: the nodes of x_i and of f_i.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -108,14 +111,12 @@ class Program:
     factor: dict[int, int] = field(default_factory=dict)  # node of F(u) -> node of F'(u)
     states: list[int] = field(default_factory=list)
     rhs: list[int] = field(default_factory=list)
-    rows: list[int] = field(default_factory=list)
-    asked: set[int] = field(default_factory=set)  # nodes whose coefficients are wanted, besides states, rhs and rows
     run: Callable[..., list[Coefficients]] | None = None  # the compiled form
     balls: dict[int, dict[int, arb]] = field(default_factory=dict)  # constants, by precision
 
     def listed(self) -> set[int]:
         """The nodes that keep all their coefficients: those that are asked for, or that a convolution reads."""
-        found = {*self.states, *self.rhs, *self.rows, *self.asked, *self.factor.values()}
+        found = {*self.states, *self.rhs, *self.factor.values()}
         for i, node in enumerate(self.nodes):
             if node.kind in ("div", "function"):
                 found.add(i)
@@ -208,21 +209,20 @@ class Program:
 
 
 def compile_program(
-    time: sp.Symbol, states: Sequence[sp.Symbol], rhs: Sequence[sp.Expr], outputs: Sequence[sp.Expr] = ()
+    time: sp.Symbol, states: Sequence[sp.Symbol], rhs: Sequence[sp.Expr], definitions: Sequence[Definition] = ()
 ) -> Program:
-    """The program of x' = rhs(t, x) with outputs g(t, x), common subexpressions computed once.
+    """The program of x' = rhs(t, x); definitions name what is computed once, in terms of t, x and earlier names.
 
     Raises ValueError for a floating-point number, a free symbol, or a function without a rule here.
     """
     program = Program()
     known: dict[sp.Expr, int] = {time: program.time()}
     known.update({symbol: program.state() for symbol in states})
-    shared, reduced = sp.cse([sp.sympify(e) for e in (*rhs, *outputs)], symbols=sp.numbered_symbols(cls=sp.Dummy))
-    for symbol, expression in shared:
-        known[symbol] = _node(program, known, expression)
-    found = [_node(program, known, expression) for expression in reduced]
-    program.rhs = found[: len(rhs)]
-    program.rows = program.states + found[len(rhs) :]
+    used = needed(rhs, dict(definitions))
+    for name, expression in definitions:
+        if name in used:
+            known[name] = _node(program, known, sp.sympify(expression))
+    program.rhs = [_node(program, known, sp.sympify(expression)) for expression in rhs]
     return program
 
 
@@ -273,51 +273,29 @@ def _power_node(program: Program, sub: Callable[[sp.Expr], int], e: sp.Pow) -> i
 # --- Variational equation ------------------------------------------------------------------------
 
 
-class Variational(NamedTuple):
-    """The program extended by Y' = (df/dx) Y, with Y(0) = I.
-
-    sensitivity[r][j]: the node of d rows[r] / d x_j(0), or None where it is identically 0.
-    start: the values of the states of `program` beyond x, the entries of Y(0).
-    """
-
-    program: Program
-    sensitivity: list[list[int | None]]
-    start: list[int]
-
-
-def variational(base: Program) -> Variational:
-    """Differentiates the program node by node, one column of Y after the other."""
+def variational(base: Program) -> Program:
+    """The program extended by Y' = (df/dx) Y: the states are x, then the entries of Y, row by row."""
     program = Program(
         list(base.nodes), dict(base.index), list(base.degree), dict(base.function), dict(base.factor),
-        list(base.states), list(base.rhs), list(base.rows),
+        list(base.states), list(base.rhs),
     )  # fmt: skip
-    columns = [_column(program, base, j) for j in range(len(base.states))]
-    start = [int(i == j) for j in range(len(base.states)) for i in range(len(base.states)) if _moves(base, j)]
-    sensitivity = [[column.get(row) for column in columns] for row in base.rows]
-    program.asked = {d for row in sensitivity for d in row if d is not None}
-    return Variational(program, sensitivity, start)
+    columns = [_derivatives(program, base, state) for state in base.states]
+    Y = [[program.state() for _ in base.states] for _ in base.states]
+    for f in base.rhs:
+        gradient = [column.get(f) for column in columns]
+        for j in range(len(base.states)):
+            terms = [program.mul(d, Y[k][j]) for k, d in enumerate(gradient) if d is not None]
+            program.rhs.append(reduce(program.add, terms) if terms else program.constant(sp.S.Zero))
+    return program
 
 
-def _moves(base: Program, j: int) -> bool:
-    """False where no right-hand side reads x_j (a pure quadrature): column j of Y then stays a unit vector."""
-    needed = set(base.rhs)
-    for i in range(len(base.nodes) - 1, -1, -1):
-        if i in needed:
-            needed.update(base.nodes[i].args)
-    return base.states[j] in needed
-
-
-def _column(program: Program, base: Program, j: int) -> dict[int, int]:
-    """Appends column j of the variational equation; maps each node to its derivative by x_j(0), zeros left out."""
-    moves = _moves(base, j)
-    tangent = {s: program.state() for s in base.states} if moves else {base.states[j]: program.one()}
+def _derivatives(program: Program, base: Program, x: int) -> dict[int, int]:
+    """Appends the derivatives by a state, and maps each node to its own, zeros left out."""
+    tangent = {x: program.one()}
     for i in range(len(base.nodes)):
         derivative = _tangent(program, i, tangent)
         if derivative is not None:
             tangent[i] = derivative
-    if moves:
-        zero = program.constant(sp.S.Zero)
-        program.rhs += [tangent.get(f, zero) for f in base.rhs]
     return tangent
 
 

@@ -11,7 +11,7 @@ import hashlib
 import io
 import json
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -31,7 +31,7 @@ from conformance.dense import tabulate
 from conformance.enclosure import ProofEnded
 from conformance.piecewise import Floats, Table
 from conformance.ports import ROOT
-from conformance.taylor import compile_program, exact, precision
+from conformance.taylor import Definition, coefficients, compile_program, exact, precision
 
 __all__ = ["Ball", "Enclosure", "InitialValueProblem", "ProofEnded", "enclose"]
 
@@ -50,9 +50,10 @@ class Ball(NamedTuple):
 
 @dataclass(frozen=True)
 class InitialValueProblem:
-    """states' = rhs(time, states), states(0) = start, on [0, horizon] (s), with further outputs of (time, states).
+    """states' = rhs(time, states), states(0) = start, on [0, horizon] (s).
 
-    Numbers are exact: 6/5, not 1.2. A start may be a Ball. Raises ValueError for what does not fit together.
+    `definitions`: names for what rhs uses, in terms of time, states and earlier names. Numbers are exact: 6/5, not 1.2.
+    A start may be a Ball. Raises ValueError for what does not fit together.
     """
 
     time: sp.Symbol
@@ -60,13 +61,13 @@ class InitialValueProblem:
     rhs: tuple[sp.Expr, ...]
     start: tuple[sp.Rational | Ball, ...]
     horizon: sp.Rational
-    outputs: tuple[tuple[str, sp.Expr], ...] = ()
+    definitions: tuple[Definition, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.states or not len(self.states) == len(self.rhs) == len(self.start):
             raise ValueError("give one right-hand side and one start value per state, and at least one state")
         if len(set(self.names)) != len(self.names):
-            raise ValueError(f"names of states and outputs must differ: {self.names}")
+            raise ValueError(f"names of states must differ: {self.names}")
         if not all(isinstance(sp.sympify(v), sp.Rational) for v in (*self._start_numbers(), self.horizon)):
             raise ValueError("start values and horizon must be exact rationals, such as 6/5 for 1.2")
         if not self.horizon > 0:
@@ -77,8 +78,8 @@ class InitialValueProblem:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The rows of its enclosure: the states, then the outputs."""
-        return (*(s.name for s in self.states), *(name for name, _ in self.outputs))
+        """The rows of its enclosure."""
+        return tuple(s.name for s in self.states)
 
     @property
     def end(self) -> float:
@@ -104,7 +105,7 @@ def _fraction(value: sp.Rational) -> Fraction:
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Polynomials and radii which enclose every row (states, then outputs) at every time of [0, end] (s).
+    """Polynomials and radii which enclose every row, one per state, at every time of [0, end] (s).
 
     names: the rows. bits: the precision of the proof. starts: (steps,) s. radius: (steps, rows), absolute.
     polynomials: per step and row "m e m e ...", the exact coefficients m 2^e about the step's start, m in hex.
@@ -174,6 +175,19 @@ def _text(polynomial: Sequence[arb]) -> str:
     return " ".join(f"{int(m):x} {int(e)}" for m, e in (c.man_exp() for c in polynomial))
 
 
+def ball_function(
+    problem: InitialValueProblem, expressions: Sequence[sp.Expr]
+) -> Callable[[arb, Sequence[arb]], list[arb]]:
+    """Expressions in the problem's time, states and definitions, as a function of balls (time, states)."""
+    program = compile_program(problem.time, problem.states, expressions, problem.definitions)
+
+    def values(time: arb, states: Sequence[arb]) -> list[arb]:
+        nodes = coefficients(program, time, states, 0)
+        return [nodes[node][0] for node in program.rhs]
+
+    return values
+
+
 # --- Enclose, with a cache -----------------------------------------------------------------------
 
 
@@ -199,8 +213,7 @@ def compute(problem: InitialValueProblem, target: float) -> Enclosure:
     """`enclose` without a cache."""
     if not 0 < target < inf:
         raise ValueError(f"the target radius must be positive and finite, not {target}")
-    outputs = [expression for _, expression in problem.outputs]
-    program = compile_program(problem.time, problem.states, problem.rhs, outputs)
+    program = compile_program(problem.time, problem.states, problem.rhs, problem.definitions)
     settings, steps = enclosure.prove(program, problem.start_balls, problem.end, target)
     with precision(settings.bits):
         table = tabulate(steps, settings.bits)
@@ -217,7 +230,7 @@ def compute(problem: InitialValueProblem, target: float) -> Enclosure:
 def cache_key(problem: InitialValueProblem, target: float) -> str:
     """A digest of all that the enclosure depends on: problem, target, these sources, and library versions."""
     text = [problem.names, sp.srepr(sp.sympify((problem.time, problem.states, problem.rhs, problem.start)))]
-    text += [sp.srepr(sp.sympify((problem.horizon, [e for _, e in problem.outputs]))), target.hex()]
+    text += [sp.srepr(sp.sympify((problem.horizon, problem.definitions))), target.hex()]
     text += [flint.__version__, flint.__FLINT_VERSION__, sp.__version__, np.__version__]
     digest = hashlib.sha256(repr(text).encode())
     for source in SOURCES:

@@ -68,7 +68,7 @@ def curves(exact: Exact, trajectory: Trajectory) -> dict[str, Array]:
     """
     t, states = trajectory.t, trajectory.states
     grid = GRID * float(exact.scenario.horizon)
-    off = np.abs(states - exact.evaluate(t, STATES))
+    off = np.abs(states - exact.evaluate(t))
     edges = [*np.searchsorted(t, grid), t.size]
     largest = [off[:, i:j].max(axis=1) if j > i else np.full(len(STATES), np.nan) for i, j in pairwise(edges)]
     with np.errstate(over="ignore", invalid="ignore"):  # a program that failed may have left anything
@@ -79,7 +79,7 @@ def curves(exact: Exact, trajectory: Trajectory) -> dict[str, Array]:
 def exact_curves(exact: Exact) -> dict[str, Array]:
     """The signals of the exact solution on the grid, and the reference."""
     grid = GRID * float(exact.scenario.horizon)
-    return {**signals(exact, grid, exact.evaluate(grid, STATES)), "reference": exact.reference(grid)}
+    return {**signals(exact, grid, exact.evaluate(grid)), "reference": exact.reference(grid)}
 
 
 def packed(values: Mapping[str, Array]) -> dict[str, str]:

@@ -11,12 +11,15 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+import sympy as sp
 from flint import arb, fmpq
 
-from conformance.experiment import truth
+from conformance.experiment import PRINTED, truth
 from conformance.ports import ROOT
 from conformance.scenario import LESSON
 from conformance.taylor import precision
+from conformance.tests.problems import lesson
+from conformance.truth import ball_function
 
 
 def conformance(*words: str) -> subprocess.CompletedProcess[str]:
@@ -31,13 +34,14 @@ def test_truth_prints_values_whose_radius_covers_the_exact_solution() -> None:
     answer = conformance("truth", "--times", "0.1,1/3,20", "--digits", "8")
     rows = list(csv.DictReader(answer.stdout.splitlines()))
     assert [row["t"] for row in rows] == ["0.1", "1/3", "20"]
+    errors = ball_function(lesson(quadrature=False), sp.symbols("z1 z2 V"))
     for row in rows:
-        enclosed = dict(zip(truth(LESSON).names, truth(LESSON).at(Fraction(row["t"])), strict=True))
-        for name in ("x1", "x2", "theta_hat", "z1", "z2", "V"):
-            value, radius = Fraction(row[name]), Fraction(row[name + "_radius"])
-            with precision(200):
-                off = abs(enclosed[name] - ball(value))
-                assert off <= ball(radius) and radius < Fraction(1, 10**6), (name, row)
+        with precision(200):
+            states = truth(LESSON).at(Fraction(row["t"]))
+            enclosed = (*states, *errors(ball(Fraction(row["t"])), states))
+            for name, exact in zip(PRINTED, enclosed, strict=True):
+                value, radius = Fraction(row[name]), Fraction(row[name + "_radius"])
+                assert abs(exact - ball(value)) <= ball(radius) and radius < Fraction(1, 10**6), (name, row)
 
 
 def test_truth_prints_every_step_to_the_horizon() -> None:

@@ -24,7 +24,7 @@ Columns = dict[str, Array]
 
 def right(t: Array) -> Columns:
     """The exact solution at these times, as the columns of a CSV."""
-    return logged(t, EXACT.evaluate(t, STATES))
+    return logged(t, EXACT.evaluate(t))
 
 
 def logged(t: Array, states: Array) -> Columns:
@@ -92,7 +92,7 @@ def dop853(x2_start: float = -0.5) -> Array:
 def euler() -> str:
     """The closed loop by Euler's method with the step of the rows."""
     states = np.empty((3, UNIFORM.size))
-    states[:, 0] = EXACT.evaluate(0.0, STATES)
+    states[:, 0] = EXACT.evaluate(0.0)
     for i, h in enumerate(np.diff(UNIFORM)):
         at = states[:, i : i + 1]
         states[:, i + 1] = states[:, i] + h * EXACT.first(UNIFORM[i : i + 1], at)[:, 0]
@@ -200,7 +200,7 @@ def test_every_claim_has_refused_something(tmp_path: Path) -> None:
 
 
 def test_the_state_whose_equation_is_broken_is_named(tmp_path: Path) -> None:
-    wrong_update = EXACT.evaluate(UNIFORM, STATES)
+    wrong_update = EXACT.evaluate(UNIFORM)
     wrong_update[2] = 1.2 + 0.9 * (wrong_update[2] - 1.2)
     verdict = judged(text(logged(UNIFORM, wrong_update)), tmp_path)
     broken = [result.claim for result in verdict.results if not result.passed and "obeys" in result.claim]

@@ -53,4 +53,4 @@ def test_phase_and_wave_reach_the_reference() -> None:
 
 
 def test_without_excitation_the_estimate_stops_where_the_lesson_says() -> None:
-    assert abs(truth(SCENARIOS["no-excitation"]).evaluate(20.0, ["theta_hat"])[0] - 2.77724) < 5e-6
+    assert abs(truth(SCENARIOS["no-excitation"]).evaluate(20.0)[2] - 2.77724) < 5e-6

@@ -120,7 +120,7 @@ def test_box_that_skips_the_fixed_point_test_is_caught(monkeypatch: pytest.Monke
 
 
 def test_start_radius_that_is_not_carried_on_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(enclosure.Stepper, "jacobian", lambda self, flow: arb_mat([[1]]))
+    monkeypatch.setattr(enclosure.Stepper, "jacobian", lambda self, extended: arb_mat([[1]]))
     enclosed = enclose(replace(GROWTH.problem, start=(Ball(R(1), R(1, 10**6)),)), 1e4, cache=None)
     assert not Closed(GROWTH.problem, lambda s: ((1 + arb(10) ** -6) * s.exp(),)).lies_in(enclosed)
 

@@ -23,7 +23,7 @@ from conformance.kill_matrix import END, OUTPUT, Outcome, refusals
 from conformance.ports import ROOT, Port, read_ports
 from conformance.scenario import LESSON, Scenario
 from conformance.tests.programs import PORTS, record, trajectory_of
-from conformance.trajectory import STATES, Trajectory, load
+from conformance.trajectory import Trajectory, load
 from conformance.variant import (
     Variant,
     copy_what_runs,
@@ -87,7 +87,7 @@ def variant_run(name: str, port: Port) -> Trajectory:
 def largest_error(trajectory: Trajectory, scenario: Scenario = LESSON) -> float:
     """Against the exact solution, over the 4 s of the variants."""
     early = trajectory.t <= 4.001
-    wanted = exact(scenario).evaluate(trajectory.t[early], STATES)
+    wanted = exact(scenario).evaluate(trajectory.t[early])
     return float(np.abs(trajectory.states[:, early] - wanted).max())
 
 
