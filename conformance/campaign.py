@@ -33,6 +33,8 @@ from conformance.table import layout
 
 FOLDER = ROOT / "build" / "campaign"
 PATIENCE = 120  # s, for one compilation or one run; the slowest program needs 5
+RADIUS = 1e-12  # of the proofs: a millionth of the tolerance
+MOST_THREADS = 4  # per worker process: a thread mostly waits for a program, and a process needs 2 s to start
 HARNESS = threading.Lock()  # the precision of ball arithmetic is global: one proof or judgement at a time per process
 
 
@@ -141,17 +143,16 @@ def known(one: Trial) -> Outcome | None:
 
 def prove(scenario: Scenario) -> str:
     """Have the proof of the exact solution in the cache; returns an obstacle, or nothing."""
-    from conformance import exact, experiment
+    from conformance.exact import exact
     from conformance.truth import ProofEnded
 
     with HARNESS:
         try:
-            exact.exact(scenario)
+            exact(scenario, RADIUS)
         except ProofEnded as obstacle:
             return str(obstacle)
         finally:
-            for kept in (exact.exact, experiment.truth, experiment.derived_loop):
-                kept.cache_clear()  # a worker sees thousands of scenarios
+            exact.cache_clear()  # a worker sees thousands of scenarios
     return ""
 
 
@@ -219,7 +220,8 @@ def judged(one: Trial, tree: Path, seconds: float) -> Outcome:
 
     build = tree / "build" / one.program.name
     with HARNESS:
-        verdict = judge_file(build / one.program.port.csv.name, one.scenario, build / "stdout.txt")
+        csv = build / one.program.port.csv.name
+        verdict = judge_file(csv, one.scenario, build / "stdout.txt", target=RADIUS)
         exact.cache_clear()
     errors = [result.figure for result in verdict.errors.values()]
     name = one.program.name
@@ -239,7 +241,7 @@ def keep_files(one: Trial, tree: Path) -> None:
 
 @contextmanager
 def cluster_client(scheduler: str | None, jobs: int) -> Iterator[Any]:
-    """A client of the scheduler at that address, or of as many worker processes here."""
+    """A client of the scheduler at that address, or of workers here that carry out as many trials at a time."""
     os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "critical")  # an interruption would be told of many times
     logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
     from distributed import Client, LocalCluster
@@ -249,7 +251,9 @@ def cluster_client(scheduler: str | None, jobs: int) -> Iterator[Any]:
             yield client
         return
     with uninterrupted():
-        cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address="127.0.0.1:0")
+        threads = max(count for count in range(1, MOST_THREADS + 1) if jobs % count == 0)
+        workers = {"n_workers": jobs // threads, "threads_per_worker": threads}
+        cluster = LocalCluster(**workers, dashboard_address="127.0.0.1:0")
     with cluster, Client(cluster) as client:
         yield client
 

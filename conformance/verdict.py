@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from conformance.checks import CONTRACT, Check, Result, Tolerance, judge, programs_agree
-from conformance.exact import exact
+from conformance.exact import TARGET, exact
 from conformance.ports import ROOT, Port, read_ports
 from conformance.scenario import Scenario
 from conformance.table import engine_and_version, layout
@@ -68,13 +68,22 @@ class Judgement:
 # ---- Judging ----
 
 
-def judge_file(path: Path, scenario: Scenario, stdout: Path | None = None, tolerance: Tolerance = CONTRACT) -> Verdict:
-    """The verdict on anyone's CSV, and on what its program printed where `stdout` is given."""
+def judge_file(
+    path: Path,
+    scenario: Scenario,
+    stdout: Path | None = None,
+    tolerance: Tolerance = CONTRACT,
+    target: float = TARGET,
+) -> Verdict:
+    """The verdict on anyone's CSV, and on what its program printed where `stdout` is given.
+
+    `target` is the radius of the proof of the exact solution.
+    """
     try:
         trajectory = load(path, float(scenario.horizon))
     except TrajectoryError as error:
         return Verdict(path.name, "fail", str(error))
-    judged = judge(trajectory, exact(scenario), tolerance)
+    judged = judge(trajectory, exact(scenario, target), tolerance)
     problems = [explain(check, result) for check, result in judged if not result.passed]
     if stdout is not None:
         problems += report_problems(stdout.read_text(errors="replace"), trajectory, scenario, path.name)
