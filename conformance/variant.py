@@ -84,10 +84,10 @@ def _variant(name: str, table: dict[str, Any]) -> Variant:
     if unknown or missing:
         raise ValueError(f"unknown {' '.join(sorted(unknown)) or '-'}; missing {' '.join(sorted(missing)) or '-'}")
     edits, without = table.get("edits", {}), table.get("without", {})
-    stray = (edits.keys() | without.keys()) - {EVERY, *read_ports()}
+    stray = (edits.keys() | without.keys()) - {EVERY, *_port_names()}
     if stray:
         raise ValueError(
-            f"found the port {' '.join(sorted(stray))}, expected {EVERY} or one of {' '.join(read_ports())}"
+            f"found the port {' '.join(sorted(stray))}, expected {EVERY} or one of {' '.join(_port_names())}"
         )
     if edits.keys() & without.keys():
         raise ValueError(f"found edits for a port without: {' '.join(sorted(edits.keys() & without.keys()))}")
@@ -99,6 +99,11 @@ def _variant(name: str, table: dict[str, Any]) -> Variant:
         without=tuple(without.items()),
         **{key: table[key] for key in ("title", "section", "shows", "refused_by") if key in table},
     )
+
+
+@functools.cache
+def _port_names() -> tuple[str, ...]:
+    return tuple(read_ports())
 
 
 def _edit(table: dict[str, str]) -> Edit:

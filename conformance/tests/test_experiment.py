@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 from flint import arb, fmpq
 
-from conformance.exact import exact
+from conformance.exact import derived_functions, exact
 from conformance.experiment import SYMBOLS, derived_loop, problem, truth
 from conformance.ports import ROOT
 from conformance.scenario import LESSON
@@ -95,13 +95,19 @@ def test_functions_of_the_states_agree_with_the_enclosure() -> None:
 
 def test_what_is_kept_is_derived_again_when_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conformance.exact.KEPT", tmp_path)
-    exact.cache_clear()
-    at = exact(LESSON).evaluate(1.0)
-    (kept,) = tmp_path.glob("*.exact")
-    whole = kept.read_bytes()
-    kept.write_bytes(whole[:-100] + bytes(100))
-    exact.cache_clear()
-    assert (exact(LESSON).evaluate(1.0) == at).all() and kept.read_bytes() == whole
+    short = replace(LESSON, horizon=Fraction(1))
+
+    def derived() -> np.ndarray:
+        exact.cache_clear()
+        derived_functions.cache_clear()
+        return exact(short).first(np.ones(1), exact(short).evaluate(np.ones(1)))
+
+    before = derived()
+    whole = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    assert sorted(path.suffix for path in whole) == [".exact", ".functions"]
+    for path, content in whole.items():
+        path.write_bytes(content[:-100] + bytes(100))
+    assert (derived() == before).all() and {path: path.read_bytes() for path in whole} == whole
 
 
 def test_judging_from_the_cache_needs_neither_sympy_nor_ball_arithmetic() -> None:
