@@ -182,7 +182,7 @@ def scratch_tree(one: Trial) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(dir=scratch) as name:
         tree = Path(name)
         shutil.copytree(port.folder, tree / port.folder.name)
-        (tree / port.source_path.relative_to(ROOT)).write_text(one.text, encoding="utf-8")
+        (tree / port.folder.name / port.source).write_text(one.text, encoding="utf-8")
         (tree / ".venv").symlink_to(ROOT / ".venv")
         (tree / "build" / port.name / "bin").mkdir(parents=True)
         yield tree
@@ -243,9 +243,9 @@ def keep_files(one: Trial, tree: Path) -> None:
 def cluster_client(scheduler: str | None, jobs: int) -> Iterator[Any]:
     """A client of the scheduler at that address, or of workers here that carry out as many trials at a time."""
     os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "critical")  # an interruption would be told of many times
-    logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
     from distributed import Client, LocalCluster
 
+    logging.getLogger("tornado.application").setLevel(logging.CRITICAL)  # distributed has just set it lower
     if scheduler:
         with Client(scheduler, timeout="10s") as client:
             yield client

@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""The programs under test: those of the environment variable PORTS, all where it is not set."""
+"""The programs under test: those of the environment variable PORTS, all where it is not set; and one that is quick."""
 
 import functools
 import subprocess
 from pathlib import Path
 from typing import Any
 
-from conformance.ports import Engine, Port, selected_ports
+from conformance.new_port import write_skeleton
+from conformance.ports import ROOT, Engine, Port, selected_ports
 from conformance.run import as_a_user
 from conformance.scenario import LESSON
 from conformance.trajectory import Trajectory, load
 
 PORTS = selected_ports()
+AWK = ROOT / "conformance/tests/data/Chapter17_Lesson1.awk"
 
 
 @functools.cache
@@ -32,6 +34,19 @@ def trajectory_of(port: Port) -> Trajectory:
 def engine_of(port: Port) -> Engine:
     """The engine that ran the port."""
     return port.ran_engine(record(port))
+
+
+def write_awk(root: Path) -> None:
+    """Add a port in AWK, by way of the skeleton: it runs in a tenth of a second, and needs no compiler."""
+    write_skeleton("awk", root)
+    (root / "awk/Chapter17_Lesson1.sh").unlink()
+    (root / "awk" / AWK.name).write_text(AWK.read_text())
+    for name in ("port.toml", "port.mk"):
+        path = root / "awk" / name
+        text = path.read_text().replace('["sh", "{root}', '["awk", "-f", "{root}').replace("Lesson1.sh", "Lesson1.awk")
+        text = text.replace('"sh"', '"awk"')
+        tolerances = "{x1 = 2e-9, x2 = 2e-8, theta_hat = 2e-8}"
+        path.write_text(text.replace("{x1 = 1e-6, x2 = 1e-6, theta_hat = 1e-6}", tolerances))
 
 
 def make(root: Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:

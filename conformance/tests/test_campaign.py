@@ -16,11 +16,11 @@ from pathlib import Path
 import pytest
 
 from conformance import campaign
-from conformance.campaign import FOLDER, Trial, carry_out, draw, known, prepare, report, trial
+from conformance.campaign import Trial, carry_out, draw, known, prepare, report, trial
 from conformance.edits import Edit, edited
-from conformance.ports import ROOT, read_ports
+from conformance.ports import ROOT, Port, read_ports
 from conformance.scenario import LESSON, RANGES, read_scenario
-from conformance.tests.programs import PORTS
+from conformance.tests.programs import PORTS, write_awk
 from conformance.verdict import judge_file
 
 SEED = 2694  # whose first scenarios have short horizons
@@ -53,13 +53,13 @@ def test_the_lesson_itself_could_be_drawn() -> None:
 # ---- Every program ----
 
 
-def arguments(folder: Path, count: int, ports: Iterable[str], *more: str) -> list[str]:
-    words = ["campaign", "--count", str(count), "--seed", str(SEED), "--folder", str(folder), "--ports", *ports, *more]
+def arguments(count: int, ports: Iterable[str], *more: str) -> list[str]:
+    words = ["campaign", "--count", str(count), "--seed", str(SEED), "--ports", *ports, *more]
     return [sys.executable, "-m", "conformance", *words]
 
 
 def test_every_program_conforms_on_random_scenarios() -> None:
-    answer = subprocess.run(arguments(FOLDER, 2, PORTS), cwd=ROOT, capture_output=True, text=True)
+    answer = subprocess.run(arguments(2, PORTS), cwd=ROOT, capture_output=True, text=True)
     assert answer.returncode == 0, answer.stdout + answer.stderr
     wanted = 2 * len(PORTS)
     assert answer.stdout.splitlines()[-1] == f"{wanted} of {wanted} runs on 2 scenarios conform"
@@ -81,9 +81,9 @@ def wait_for(event: Callable[[], object], patience: float = 300) -> None:
 
 
 @contextlib.contextmanager
-def process(*words: str) -> Iterator[subprocess.Popen[str]]:
-    """A process that has ended when the block has."""
-    with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as started:
+def process(root: Path, *words: str) -> Iterator[subprocess.Popen[str]]:
+    """A process at the top of a tree, that has ended when the block has."""
+    with subprocess.Popen(words, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as started:
         try:
             yield started
         finally:
@@ -91,21 +91,23 @@ def process(*words: str) -> Iterator[subprocess.Popen[str]]:
 
 
 @contextlib.contextmanager
-def cluster(place: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """A scheduler, whose address it writes there, and two workers: the address, and the first worker."""
+def cluster(root: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """A scheduler and two workers at the top of a tree: the address, and the first worker."""
+    place = root / "build" / "scheduler.json"
     dask = [sys.executable, "-m", "dask"]
     worker = [*dask, "worker", "--scheduler-file", str(place), "--nthreads", "1", "--no-nanny", "--no-dashboard"]
     scheduler = [*dask, "scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", str(place)]
-    with process(*scheduler), process(*worker) as first, process(*worker):
+    with process(root, *scheduler), process(root, *worker) as first, process(root, *worker):
         wait_for(place.exists)
         yield json.loads(place.read_text())["address"], first
 
 
-def test_every_result_is_there_once_though_a_worker_dies(tmp_path: Path) -> None:
-    folder, wanted = tmp_path / "results", 4
+def test_every_result_is_there_once_though_a_worker_dies(copy_of_the_tree: Callable[..., Path]) -> None:
+    root, wanted = copy_of_the_tree(write_awk), 10
+    folder, words = root / "build/campaign", arguments(wanted, ["awk"])
     with (
-        cluster(tmp_path / "scheduler.json") as (address, victim),
-        process(*arguments(folder, wanted, ["cpp"], "--scheduler", address)) as asked,
+        cluster(root) as (address, victim),
+        process(root, *words, "--scheduler", address) as asked,
     ):
         wait_for(lambda: results(folder) or asked.poll() is not None)
         victim.kill()
@@ -116,20 +118,21 @@ def test_every_result_is_there_once_though_a_worker_dies(tmp_path: Path) -> None
     assert answer.splitlines()[-1] == f"{wanted} of {wanted} runs on {wanted} scenarios conform"
     assert len(found) == wanted and {path: found[path] for path in early} == early, "a result was made a second time"
 
-    again = subprocess.run(arguments(folder, wanted, ["cpp"]), cwd=ROOT, capture_output=True, text=True)
+    again = subprocess.run(words, cwd=root, capture_output=True, text=True)
     assert again.returncode == 0 and again.stdout == answer, again.stderr
     assert results(folder) == found, "what is done was done again"
 
 
-def test_an_interrupted_campaign_keeps_what_is_done(tmp_path: Path) -> None:
-    words = arguments(tmp_path, 8, ["cpp"], "--jobs", "1")
-    with subprocess.Popen(words, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True) as asked:
-        wait_for(lambda: results(tmp_path) or asked.poll() is not None)
-        early = results(tmp_path)
+def test_an_interrupted_campaign_keeps_what_is_done(copy_of_the_tree: Callable[..., Path]) -> None:
+    root = copy_of_the_tree(write_awk)
+    folder, words = root / "build/campaign", arguments(8, ["awk"], "--jobs", "1")
+    with subprocess.Popen(words, cwd=root, stderr=subprocess.PIPE, text=True, start_new_session=True) as asked:
+        wait_for(lambda: results(folder) or asked.poll() is not None)
+        early = results(folder)
         os.killpg(asked.pid, signal.SIGINT)
         _, said = asked.communicate(timeout=300)
     assert (asked.returncode, said) == (130, "conformance: campaign: interrupted; what is done is kept\n")
-    kept = results(tmp_path)
+    kept = results(folder)
     assert early and {path: kept[path] for path in early} == early
 
 
@@ -137,9 +140,13 @@ def test_an_interrupted_campaign_keeps_what_is_done(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def one(tmp_path: Path) -> Trial:
-    """The quickest program on the scenario of the campaign, whose proof is in the cache."""
-    return trial(replace(draw(SEED, 0), horizon=Fraction(1)), prepare(read_ports()["cpp"]), tmp_path)
+def one(copy_of_the_tree: Callable[..., Path], tmp_path: Path) -> Trial:
+    """A quick program on a short scenario."""
+    return trial_of(read_ports(copy_of_the_tree(write_awk))["awk"], tmp_path)
+
+
+def trial_of(port: Port, folder: Path) -> Trial:
+    return trial(replace(draw(SEED, 0), horizon=Fraction(1)), prepare(port), folder)
 
 
 def spoilt(one: Trial, old: str, new: str) -> Trial:
@@ -147,7 +154,7 @@ def spoilt(one: Trial, old: str, new: str) -> Trial:
 
 
 def test_a_wrong_program_fails_and_what_is_printed_reproduces_it(one: Trial, tmp_path: Path) -> None:
-    outcome = carry_out(spoilt(one, " - x1 * theta_hat_dot;", ";"), "")
+    outcome = carry_out(spoilt(one, " - x1 * theta_hat_dot  #", "  #"), "")
     assert outcome.status == "fail" and "(16)" in outcome.reason
     text = report([outcome], tmp_path)
     printed = tmp_path / "printed.toml"
@@ -161,8 +168,8 @@ def test_a_wrong_program_fails_and_what_is_printed_reproduces_it(one: Trial, tmp
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("double theta = ", "int theta = ", "g++ ended with status 1"),
-        ("if (!std::isfinite", "if (std::isfinite", "integration failed"),
+        ("    main()\n", "    main(\n", "awk ended with status 2"),
+        ("    main()\n", '    print "integration failed" > "/dev/stderr"; exit 1\n', "integration failed"),
         ('csv_name = "Chapter', 'csv_name = "chapter', "no such file"),
     ],
 )
@@ -171,9 +178,15 @@ def test_a_program_without_a_csv_does_not_pass(one: Trial, old: str, new: str, r
     assert outcome.status != "pass" and reason in outcome.reason
 
 
+def test_a_program_that_does_not_compile_does_not_pass(tmp_path: Path) -> None:
+    outcome = carry_out(spoilt(trial_of(read_ports()["cpp"], tmp_path), "double theta = ", "int theta = "), "")
+    assert outcome.status == "error" and "g++ ended with status 1" in outcome.reason
+
+
 def test_a_program_that_does_not_end_is_stopped(one: Trial, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(campaign, "PATIENCE", 0.1)
-    assert "did not end within 0.1 s" in carry_out(one, "").reason
+    endless = spoilt(one, "    main()\n", "    while (1) main()\n")
+    assert "did not end within 0.1 s" in carry_out(endless, "").reason
 
 
 def test_a_result_that_is_damaged_or_of_something_else_is_not_taken(one: Trial) -> None:

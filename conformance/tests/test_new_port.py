@@ -11,9 +11,7 @@ import pytest
 
 from conformance.new_port import write_skeleton
 from conformance.ports import ROOT
-from conformance.tests.programs import make
-
-AWK = ROOT / "conformance/tests/data/Chapter17_Lesson1.awk"
+from conformance.tests.programs import make, write_awk
 
 
 def check(root: Path, name: str) -> subprocess.CompletedProcess[str]:
@@ -35,16 +33,7 @@ def test_skeleton_says_that_its_program_is_not_written(copy_of_the_tree: Callabl
 
 
 def test_a_new_port_goes_from_skeleton_to_green(copy_of_the_tree: Callable[..., Path]) -> None:
-    root = copy_of_the_tree()
-    write_skeleton("awk", root)
-    (root / "awk/Chapter17_Lesson1.sh").unlink()
-    (root / "awk/Chapter17_Lesson1.awk").write_text(AWK.read_text())
-    for name in ("port.toml", "port.mk"):
-        path = root / "awk" / name
-        text = path.read_text().replace('["sh", "{root}', '["awk", "-f", "{root}').replace("Lesson1.sh", "Lesson1.awk")
-        tolerances = "{x1 = 2e-9, x2 = 2e-8, theta_hat = 2e-8}"
-        text = text.replace("{x1 = 1e-6, x2 = 1e-6, theta_hat = 1e-6}", tolerances)
-        path.write_text(text.replace('program = "sh"', 'program = "awk"'))
+    root = copy_of_the_tree(write_awk)
     made = make(root, "awk")
     assert made.returncode == 0, made.stderr
     verdict = check(root, "awk")
