@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the tests share; a test that asks for `port` runs once per program under test."""
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from conformance.trajectory import Trajectory
 from conformance.variant import copy_tree, read_variants, runnable
 from conformance.verdict import judge_all, summary, to_json
 
+STARTED = time.time()
 SLOWEST_FIRST = (
     "test_variants", "test_campaign", "test_browser", "test_bad_luck", "test_makefile", "test_truth", "test_new_port",
 )  # fmt: skip
@@ -79,13 +81,16 @@ def copy_of_the_tree(tmp_path: Path) -> Callable[..., Path]:
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Show the verdicts before pytest's own last line, and leave them as JSON and as the page."""
+    """Show the verdicts before pytest's own last line, and leave them as JSON and as the page, if no test has just."""
+    if terminalreporter.config.option.collectonly:
+        return
     judgement = judge_all(PORTS, LESSON)
     write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
     terminalreporter.section("programs")
     terminalreporter.write_line(summary(judgement))
     try:
-        write_page(PAGE, PORTS, judgement)
+        if not PAGE.exists() or PAGE.stat().st_mtime < STARTED:
+            write_page(PAGE, PORTS, judgement)
         terminalreporter.write_line(f"the page: {PAGE}")
     except ValueError as obstacle:
         terminalreporter.write_line(f"no page: {obstacle}")

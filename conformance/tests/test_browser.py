@@ -28,7 +28,7 @@ from conformance.verdict import judge_all, judge_file
 CHROMIUM = chromium()
 PATIENCE = 6  # attempts at what takes longer on a busy machine
 ALL_AT_ONCE = ".step { content-visibility: visible !important } .inspector { position: static !important }"
-SCREENS = {"narrow dark": (360, 740, "dark"), "wide light": (1900, 1000, "light")}
+WIDE_LIGHT, NARROW_DARK = (1900, 1000, "light"), (360, 740, "dark")  # width, height, colours
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium")
 
@@ -48,8 +48,8 @@ def browser() -> Iterator[Browser]:
         yield playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
 
 
-def open_page(browser: Browser, path: Path, screen: str = "wide light") -> Opened:
-    width, height, scheme = SCREENS[screen]
+def open_page(browser: Browser, path: Path, screen: tuple[int, int, str] = WIDE_LIGHT) -> Opened:
+    width, height, scheme = screen
     context = browser.new_context(
         viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
     )
@@ -103,6 +103,9 @@ def picture(page: Page, signal: str, where: str = "#trajectories") -> str:
     return str(page.evaluate("(canvas) => document.querySelector(canvas).toDataURL()", canvas))
 
 
+# ---- Every screen ----
+
+
 def test_page_opens_without_a_complaint_and_without_a_request(opened: Opened, report: Path) -> None:
     assert opened.complaints == []
     assert [url for url in opened.requests if not url.startswith("data:")] == [report.as_uri()]
@@ -116,6 +119,35 @@ def test_request_would_be_blocked_and_seen(browser: Browser, report: Path) -> No
         )
     assert len(other.complaints) == 1
     other.page.context.close()
+
+
+def check_screen(page: Page, picture: Path) -> None:
+    """It fits the screen, and is accessible; and a picture of it."""
+    style = page.add_style_tag(content=ALL_AT_ONCE)
+    page.screenshot(path=picture, type="jpeg", quality=80, full_page=True)  # a PNG file takes twice as long
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    listings = {"exclude": [[".code"]]}  # for their contrast see test_page
+    found = Axe().run(page, context=listings, options={"resultTypes": ["violations"]})
+    assert found.violations_count == 0, found.generate_report()
+    style.evaluate("(style) => style.remove()")
+
+
+def test_page_is_accessible_and_fits_a_wide_light_screen(page: Page, report: Path) -> None:
+    check_screen(page, report.with_name("wide-light.jpeg"))
+
+
+def test_page_is_accessible_and_fits_a_narrow_dark_screen(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, NARROW_DARK)
+    show_all(other.page)
+    check_screen(other.page, report.with_name("narrow-dark.jpeg"))
+    other.page.context.close()
+
+
+def test_inaccessible_page_would_be_refused(browser: Browser) -> None:
+    bare = browser.new_page()
+    bare.set_content("<img src='data:,'><button></button>")
+    assert Axe().run(bare).violations_count > 0
+    bare.close()
 
 
 # ---- Verdict ----
@@ -146,7 +178,7 @@ def test_refused_and_missing_programs_say_why(browser: Browser, tmp_path: Path) 
     record.write_text(json.dumps({**(refused.run() or {}), "csv_sha256": refused.csv_hash()}))
     write_page(tmp_path / "index.html", ports, judge_all(ports, LESSON))
     other = open_page(browser, tmp_path / "index.html")
-    show_all(other.page)
+    show_charts(other.page.locator("#trajectories .chart"))
     for port, reason in ((refused, "x2-equals-the-exact-solution (10) FAILS"), (missing, f"type: make {missing.name}")):
         card = other.page.locator(f"#verdict-{port.name}")
         assert not card.get_by_text(reason).is_visible()
@@ -210,9 +242,7 @@ def test_steps_line_up_across_the_columns(page: Page) -> None:
 
 @pytest.mark.skipif(not {"java", "matlab"} <= PORTS.keys(), reason="PORTS leaves out java or matlab")
 def test_two_clicks_set_java_beside_matlab(browser: Browser, report: Path) -> None:
-    other = open_page(browser, report)
-    other.page.set_viewport_size({"width": 1300, "height": 900})
-    other.page.reload()
+    other = open_page(browser, report, (1300, 900, "light"))
     other.page.locator("[data-code=matlab]").click()
     other.page.get_by_role("link", name="Tuning function").first.click()
     drawn(other.page)
@@ -274,27 +304,3 @@ def test_sliders_move_the_curves(page: Page) -> None:
 def test_blow_up_is_told(page: Page, tmp_path: Path) -> None:
     write_csv(page, "sine-of-x2", "lesson", tmp_path / "playground.csv")
     assert "The integration fails after 0." in page.locator("#playground .outcome").inner_text()
-
-
-# ---- Every screen ----
-
-
-@pytest.mark.parametrize("screen", SCREENS)
-def test_page_is_accessible_and_fits_the_screen(browser: Browser, report: Path, screen: str) -> None:
-    other = open_page(browser, report, screen)
-    show_all(other.page)
-    other.page.add_style_tag(content=ALL_AT_ONCE)
-    picture = report.with_name(screen.replace(" ", "-") + ".jpeg")
-    other.page.screenshot(path=picture, type="jpeg", quality=80, full_page=True)  # a PNG file takes twice as long
-    assert other.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    listings = {"exclude": [[".code"]]}  # for their contrast see test_page
-    found = Axe().run(other.page, context=listings, options={"resultTypes": ["violations"]})
-    assert found.violations_count == 0, found.generate_report()
-    other.page.context.close()
-
-
-def test_inaccessible_page_would_be_refused(browser: Browser) -> None:
-    bare = browser.new_page()
-    bare.set_content("<img src='data:,'><button></button>")
-    assert Axe().run(bare).violations_count > 0
-    bare.close()
