@@ -301,11 +301,16 @@ def new_port(arguments: argparse.Namespace) -> int:
 
 def print_truth(arguments: argparse.Namespace) -> int:
     """The enclosure at the times asked for."""
-    from conformance.experiment import truth_table
     from conformance.scenario import scenario_named
 
     scenario = scenario_named(arguments.scenario)
     times = arguments.times or [i * arguments.step for i in range(int(scenario.horizon / arguments.step) + 1)]
+    for time in times:
+        if not 0 <= time <= scenario.horizon:
+            raise ValueError(f"time {time} is outside of [0, {scenario.horizon}]")
+
+    from conformance.experiment import truth_table  # which takes a while
+
     rows = list(truth_table(scenario, times, arguments.digits))
     csv.writer(sys.stdout, lineterminator="\n").writerows(rows)
     return 0

@@ -65,8 +65,8 @@ CLOSED = {
 }
 
 
-def lesson(horizon: sp.Rational = TWENTY, quadrature: bool = True) -> InitialValueProblem:
-    """The lesson's closed loop (7) and experiment (10), and as a fourth state the integral of -V'."""
+def lesson(horizon: sp.Rational = TWENTY) -> InitialValueProblem:
+    """The lesson's closed loop (7) and experiment (10); z1, z2 and V by name."""
     time, x1, x2, theta_hat = sp.symbols("t x1 x2 theta_hat")
     theta, k1, k2, gamma = R("1.2"), R(2), R("2.5"), R(3)
     r = R("0.5") * sp.sin(R("0.7") * time)
@@ -80,10 +80,5 @@ def lesson(horizon: sp.Rational = TWENTY, quadrature: bool = True) -> InitialVal
     u = alpha1_dot_known - z1 - k2 * z2 - x1 * theta_hat_dot
     V = z1**2 / 2 + z2**2 / 2 + (theta_hat - theta) ** 2 / (2 * gamma)
     named = tuple((sp.Symbol(name), e) for name, e in (("z1", z1), ("z2", z2), ("V", V)))
-    states: tuple[sp.Symbol, ...] = (x1, x2, theta_hat)
-    rhs: tuple[sp.Expr, ...] = (x2 + theta * x1, u, theta_hat_dot)
-    start: tuple[sp.Rational, ...] = (R("1.2"), R("-0.5"), R(0))
-    if quadrature:
-        states, rhs = (*states, sp.Symbol("dissipated")), (*rhs, k1 * z1**2 + k2 * z2**2)
-        start = (*start, R(0))
-    return InitialValueProblem(time, states, rhs, start, horizon, named)
+    rhs = (x2 + theta * x1, u, theta_hat_dot)
+    return InitialValueProblem(time, (x1, x2, theta_hat), rhs, (R("1.2"), R("-0.5"), R(0)), horizon, named)

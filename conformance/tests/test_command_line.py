@@ -34,7 +34,7 @@ def test_truth_prints_values_whose_radius_covers_the_exact_solution() -> None:
     answer = conformance("truth", "--times", "0.1,1/3,20", "--digits", "8")
     rows = list(csv.DictReader(answer.stdout.splitlines()))
     assert [row["t"] for row in rows] == ["0.1", "1/3", "20"]
-    errors = ball_function(lesson(quadrature=False), sp.symbols("z1 z2 V"))
+    errors = ball_function(lesson(), sp.symbols("z1 z2 V"))
     for row in rows:
         with precision(200):
             states = truth(LESSON).at(Fraction(row["t"]))
