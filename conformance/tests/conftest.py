@@ -56,8 +56,14 @@ def variants_have_run() -> None:
 @pytest.fixture(scope="session")
 def report(variants_have_run: None) -> Path:
     """The page on the programs under test, the exercises with what their variants led to."""
-    write_page(PAGE, PORTS, judge_all(PORTS, LESSON))
+    if not page_is_new():
+        write_page(PAGE, PORTS, judge_all(PORTS, LESSON))
     return PAGE
+
+
+def page_is_new() -> bool:
+    """Whether it has been written in this run, be it by another worker."""
+    return PAGE.exists() and PAGE.stat().st_mtime > STARTED
 
 
 @pytest.fixture
@@ -89,7 +95,7 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     terminalreporter.section("programs")
     terminalreporter.write_line(summary(judgement))
     try:
-        if not PAGE.exists() or PAGE.stat().st_mtime < STARTED:
+        if not page_is_new():
             write_page(PAGE, PORTS, judgement)
         terminalreporter.write_line(f"the page: {PAGE}")
     except ValueError as obstacle:

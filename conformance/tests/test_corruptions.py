@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
 from conformance.exact import exact
 from conformance.scenario import LESSON
@@ -80,6 +79,7 @@ def other_start() -> Columns:
 
 def dop853(x2_start: float = -0.5) -> Array:
     """The closed loop by another method than any program's, shape (3, rows)."""
+    from scipy.integrate import solve_ivp  # which takes a second
 
     def rhs(t: float, state: Array) -> Array:
         return EXACT.first(np.array([t]), state[:, None])[:, 0]

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import sympy as sp
 from flint import arb, fmpq
-from scipy.integrate import solve_ivp
 
 from conformance import truth
 from conformance.taylor import precision
@@ -71,6 +70,8 @@ def test_functions_of_the_enclosed_states_agree_with_their_formulas(experiment: 
 
 
 def test_dop853_agrees_to_its_own_accuracy(experiment: Enclosure) -> None:
+    from scipy.integrate import solve_ivp  # which takes a second
+
     problem = lesson()
     field = sp.lambdify((problem.time, problem.states), problem.rhs)
     times = np.linspace(0, 20, 401)
