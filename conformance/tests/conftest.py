@@ -88,7 +88,7 @@ def copy_of_the_tree(tmp_path: Path) -> Callable[..., Path]:
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Show the verdicts before pytest's own last line, and leave them as JSON and as the page, if no test has just."""
-    if terminalreporter.config.option.collectonly:
+    if terminalreporter.config.option.collectonly or hasattr(terminalreporter.config, "workerinput"):  # of xdist
         return
     judgement = judge_all(PORTS, LESSON)
     write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
