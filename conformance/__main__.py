@@ -133,7 +133,7 @@ def parser() -> Parser:
     random.add_argument("--count", type=positive_count, default=10, help="scenarios (default: 10)")
     random.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")
     random.add_argument(
-        "--jobs", type=positive_count, default=os.cpu_count(), help="worker processes here (default: one per core)"
+        "--jobs", type=positive_count, default=os.cpu_count(), help="runs at a time here (default: one per core)"
     )
     random.add_argument("--scheduler", metavar="ADDRESS", help="use this Dask cluster, such as tcp://host:8786")
     random.add_argument("--folder", type=Path, help="where results are kept (default: build/campaign)")

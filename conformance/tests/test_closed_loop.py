@@ -19,6 +19,7 @@ from .lesson import (
     lesson_loop,
     random_design,
     t,
+    theta,
     theta_hat,
     x1,
     x2,
@@ -57,6 +58,22 @@ def test_closed_loop_carries_reference_errors_and_lyapunov_function():
     assert loop.explicit(loop.V).subs(start) == sp.Rational("2.16125")  # (10)
     assert sp.simplify(loop.explicit(loop.V_dot + loop.dissipation)) == 0
     assert sp.simplify(loop.explicit(loop.z[0]) - (x1 - REFERENCE)) == 0
+
+
+def test_family_of_closed_loops_has_each_loop_as_a_member():
+    amplitude = sp.Symbol("amplitude")
+    family = closed_loop(
+        lesson_design(), [theta], amplitude * sp.sin(sp.Rational(7, 10) * t), free=(theta, k1, k2, gamma, amplitude)
+    )
+    numbers = {theta: "1.2", amplitude: "0.5", **EXPERIMENT}
+    exact = {symbol: sp.Rational(str(value)) for symbol, value in numbers.items()}
+    for member, alone in zip(family.rhs, lesson_loop().rhs, strict=True):
+        assert sp.expand(family.explicit(member).xreplace(exact) - lesson_loop().explicit(alone)) == 0
+
+
+def test_symbol_that_is_not_free_needs_a_value():
+    with pytest.raises(DesignError, match="k2 has no value"):
+        closed_loop(lesson_design(), [theta], REFERENCE, free=(theta, k1, gamma))
 
 
 def test_closed_loop_of_four_states_and_three_parameters_stays_small():
