@@ -14,7 +14,6 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -35,7 +34,6 @@ FOLDER = ROOT / "build" / "campaign"
 PATIENCE = 120  # s, for one compilation or one run; the slowest program needs 5
 RADIUS = 1e-12  # of the proofs: a millionth of the tolerance
 MOST_THREADS = 4  # per worker process: a thread mostly waits for a program, and a process needs 2 s to start
-HARNESS = threading.Lock()  # the precision of ball arithmetic is global: one proof or judgement at a time per process
 
 
 def draw(seed: int, number: int) -> Scenario:
@@ -146,13 +144,12 @@ def prove(scenario: Scenario) -> str:
     from conformance.exact import exact
     from conformance.truth import ProofEnded
 
-    with HARNESS:
-        try:
-            exact(scenario, RADIUS)
-        except ProofEnded as obstacle:
-            return str(obstacle)
-        finally:
-            exact.cache_clear()  # a worker sees thousands of scenarios
+    try:
+        exact(scenario, RADIUS)
+    except ProofEnded as obstacle:
+        return str(obstacle)
+    finally:
+        exact.cache_clear()  # a worker sees thousands of scenarios
     return ""
 
 
@@ -219,10 +216,9 @@ def judged(one: Trial, tree: Path, seconds: float) -> Outcome:
     from conformance.verdict import judge_file
 
     build = tree / "build" / one.program.name
-    with HARNESS:
-        csv = build / one.program.port.csv.name
-        verdict = judge_file(csv, one.scenario, build / "stdout.txt", target=RADIUS)
-        exact.cache_clear()
+    csv = build / one.program.port.csv.name
+    verdict = judge_file(csv, one.scenario, build / "stdout.txt", target=RADIUS)
+    exact.cache_clear()
     errors = [result.figure for result in verdict.errors.values()]
     name = one.program.name
     return Outcome(name, one.folder.name, verdict.status, verdict.reason, max(errors, default=0.0), seconds)

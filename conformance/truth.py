@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import threading
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -35,6 +36,7 @@ from conformance.taylor import Definition, coefficients, compile_program, exact,
 
 __all__ = ["Ball", "Enclosure", "InitialValueProblem", "ProofEnded", "enclose"]
 
+ONE_AT_A_TIME = threading.Lock()
 CACHE = ROOT / "build" / "truth"
 SOURCES = tuple(
     Path(__file__).with_name(f"{name}.py") for name in ("taylor", "enclosure", "dense", "piecewise", "truth")
@@ -210,9 +212,14 @@ def enclose(problem: InitialValueProblem, target: float = 1e-18, cache: Path | N
 
 
 def compute(problem: InitialValueProblem, target: float) -> Enclosure:
-    """`enclose` without a cache."""
+    """`enclose` without a cache; one at a time, since the precision of ball arithmetic is global."""
     if not 0 < target < inf:
         raise ValueError(f"the target radius must be positive and finite, not {target}")
+    with ONE_AT_A_TIME:
+        return _compute(problem, target)
+
+
+def _compute(problem: InitialValueProblem, target: float) -> Enclosure:
     program = compile_program(problem.time, problem.states, problem.rhs, problem.definitions)
     settings, steps = enclosure.prove(program, problem.start_balls, problem.end, target)
     with precision(settings.bits):
