@@ -219,7 +219,7 @@ def bench_fuzz(limit: float = 60.0) -> None:
     )
 
 
-def bench_campaign(count: int = 8) -> None:
+def bench_campaign(count: int = 16) -> None:
     """A campaign on all cores, proofs included, against its compilers and engines alone, as many at a time."""
     cores = os.cpu_count() or 1
     programs = prepare_all(read_ports().values())
