@@ -73,12 +73,13 @@ class Measured:
         and by how much the quadrature misses the integral between any two rows of the exact solution.
         """
         t = self.trajectory.t
-        logged, exact = np.zeros(t.size), np.zeros(t.size)
+        logged, exact, true_V = np.zeros(t.size), np.zeros(t.size), np.zeros(t.size)
         for steps, times, states, true_states in self._blocks():
             rows = slice(steps.start + 1, steps.stop + 1)
             logged[rows] = corrected_trapezoid(self.exact, times, states)
             exact[rows] = corrected_trapezoid(self.exact, times, true_states)
-        missed = self.exact.lyapunov(t, self.trajectory.states - self.deviation) + np.cumsum(exact)
+            true_V[steps.start : steps.stop + 1] = self.exact.lyapunov(times, true_states)
+        missed = true_V + np.cumsum(exact)
         return self.V - self.V[0] + np.cumsum(logged), float(np.ptp(missed))
 
     def _blocks(self) -> Iterator[tuple[slice, Array, Array, Array]]:

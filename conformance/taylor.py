@@ -218,11 +218,12 @@ def compile_program(
     program = Program()
     known: dict[sp.Expr, int] = {time: program.time()}
     known.update({symbol: program.state() for symbol in states})
-    used = needed(rhs, dict(definitions))
-    for name, expression in definitions:
+    named, rows = {s: sp.sympify(e) for s, e in definitions}, [sp.sympify(e) for e in rhs]
+    used = needed(rows, named)
+    for name, expression in named.items():
         if name in used:
-            known[name] = _node(program, known, sp.sympify(expression))
-    program.rhs = [_node(program, known, sp.sympify(expression)) for expression in rhs]
+            known[name] = _node(program, known, expression)
+    program.rhs = [_node(program, known, expression) for expression in rows]
     return program
 
 
