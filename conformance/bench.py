@@ -80,7 +80,7 @@ def timed(action: Callable[[], T]) -> tuple[T, float]:
 
 def bench_truth(limit: float = 60.0) -> None:
     """The enclosure of the lesson's solution, against solvers without a proof; `limit` in s is for mpmath."""
-    lesson = replace(problem(LESSON), horizon=sp.Rational(LESSON.horizon.numerator, LESSON.horizon.denominator))
+    lesson = replace(problem(LESSON), horizon=sp.Rational(LESSON.horizon))
     with tempfile.TemporaryDirectory() as name:
         enclosed, cold = timed(lambda: enclose(lesson, cache=Path(name)))
         _, warm = timed(lambda: enclose(lesson, cache=Path(name)))

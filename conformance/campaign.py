@@ -148,8 +148,6 @@ def prove(scenario: Scenario) -> str:
         exact(scenario, RADIUS)
     except ProofEnded as obstacle:
         return str(obstacle)
-    finally:
-        exact.cache_clear()  # a worker sees thousands of scenarios
     return ""
 
 
@@ -212,13 +210,11 @@ def ended(command: Sequence[str], folder: Path, build: Path) -> str:
 
 def judged(one: Trial, tree: Path, seconds: float) -> Outcome:
     """The outcome of a program that ended well."""
-    from conformance.exact import exact
     from conformance.verdict import judge_file
 
     build = tree / "build" / one.program.name
     csv = build / one.program.port.csv.name
     verdict = judge_file(csv, one.scenario, build / "stdout.txt", target=RADIUS)
-    exact.cache_clear()
     errors = [result.figure for result in verdict.errors.values()]
     name = one.program.name
     return Outcome(name, one.folder.name, verdict.status, verdict.reason, max(errors, default=0.0), seconds)

@@ -99,7 +99,7 @@ def rows(function: Function, scenario: Scenario, t: Floats, states: Iterable[Flo
 # ---- Derived once, then kept ----
 
 
-@functools.cache
+@functools.lru_cache(maxsize=64)  # a campaign's worker sees thousands of scenarios
 def exact(scenario: Scenario, target: float = TARGET) -> Exact:
     """The exact solution of a scenario, by a proof whose radius is at most `target`; from the cache where it is.
 

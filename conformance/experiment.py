@@ -11,22 +11,17 @@ from decimal import ROUND_UP, Decimal, localcontext
 from fractions import Fraction
 
 import sympy as sp
-from flint import arb, fmpq
+from flint import arb
 
 from conformance.design import ClosedLoop, closed_loop, tuning_functions
-from conformance.scenario import PARAMETERS, Scenario
+from conformance.scenario import PARAMETERS, POSITIVE, Scenario
 from conformance.strict_feedback import Plant, strict_feedback
 from conformance.taylor import precision
 from conformance.truth import Enclosure, InitialValueProblem, ball_function, enclose
 
 BEYOND = Fraction(101, 100)  # of the horizon: a file's last row may lie half a step behind it
 PRINTED = ("x1", "x2", "theta_hat", "z1", "z2", "V")
-POSITIVE = ("k1", "k2", "gamma")
 SYMBOLS = tuple(sp.Symbol(name, positive=True) if name in POSITIVE else sp.Symbol(name) for name in PARAMETERS)
-
-
-def _exact(value: Fraction) -> sp.Rational:
-    return sp.Rational(value.numerator, value.denominator)
 
 
 @functools.cache
@@ -40,16 +35,21 @@ def derived_loop(wave: str) -> ClosedLoop:
     return closed_loop(design, [theta], reference, time=t, free=SYMBOLS)
 
 
+def parameters(scenario: Scenario) -> dict[sp.Symbol, sp.Rational]:
+    """The values of the SYMBOLS."""
+    return {symbol: sp.Rational(getattr(scenario, symbol.name)) for symbol in SYMBOLS}
+
+
 def problem(scenario: Scenario) -> InitialValueProblem:
     """The closed loop of a scenario as an initial-value problem in x1, x2 and theta_hat."""
     loop = derived_loop(scenario.wave)
-    numbers = {symbol: _exact(getattr(scenario, symbol.name)) for symbol in SYMBOLS}
+    numbers = parameters(scenario)
     return InitialValueProblem(
         loop.time,
         loop.states,
         tuple(e.xreplace(numbers) for e in loop.rhs),
-        tuple(map(_exact, (scenario.x1_start, scenario.x2_start, scenario.theta_hat_start))),
-        _exact(scenario.horizon * BEYOND),
+        tuple(map(sp.Rational, (scenario.x1_start, scenario.x2_start, scenario.theta_hat_start))),
+        sp.Rational(scenario.horizon * BEYOND),
         tuple((name, e.xreplace(numbers)) for name, e in loop.definitions),
     )
 
@@ -73,7 +73,7 @@ def truth_table(scenario: Scenario, times: Sequence[Fraction], digits: int) -> I
     for t in times:
         with precision(enclosed.bits):
             states = enclosed.at(t)
-            balls = (*states, *errors(arb(fmpq(t.numerator, t.denominator)), states))
+            balls = (*states, *errors(t, states))
         yield [_decimal(t), *(text for ball in balls for text in _printed(ball, digits))]
 
 

@@ -7,6 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 
 WAVES = ("sin", "cos")
+POSITIVE = ("k1", "k2", "gamma", "horizon")
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Scenario:
     wave: str = "sin"
 
     def __post_init__(self) -> None:
-        for name in ("k1", "k2", "gamma", "horizon"):
+        for name in POSITIVE:
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}: found {getattr(self, name)}, expected a positive number")
         if self.wave not in WAVES:

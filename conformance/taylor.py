@@ -115,7 +115,7 @@ class Program:
     balls: dict[int, dict[int, arb]] = field(default_factory=dict)  # constants, by precision
 
     def listed(self) -> set[int]:
-        """The nodes that keep all their coefficients: those that are asked for, or that a convolution reads."""
+        """The nodes that keep all their coefficients: states, right-hand sides, and what a convolution reads."""
         found = {*self.states, *self.rhs, *self.factor.values()}
         for i, node in enumerate(self.nodes):
             if node.kind in ("div", "function"):

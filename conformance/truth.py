@@ -39,7 +39,7 @@ __all__ = ["Ball", "Enclosure", "InitialValueProblem", "ProofEnded", "enclose"]
 ONE_AT_A_TIME = threading.Lock()
 CACHE = ROOT / "build" / "truth"
 SOURCES = tuple(
-    Path(__file__).with_name(f"{name}.py") for name in ("taylor", "enclosure", "dense", "piecewise", "truth")
+    Path(__file__).with_name(f"{name}.py") for name in ("taylor", "program", "enclosure", "dense", "piecewise", "truth")
 )
 
 
@@ -102,6 +102,10 @@ def _fraction(value: sp.Rational) -> Fraction:
     return Fraction(int(value.p), int(value.q))
 
 
+def _ball(value: Fraction) -> arb:
+    return arb(fmpq(value.numerator, value.denominator))
+
+
 # --- Enclosure -----------------------------------------------------------------------------------
 
 
@@ -151,8 +155,7 @@ class Enclosure:
             raise ValueError(f"time {time} is outside of [0, {self.end!r}]")
         j = bisect_right(self.starts, t) - 1
         with precision(self.bits):
-            s = t - Fraction(float(self.starts[j]))
-            ball = arb(fmpq(s.numerator, s.denominator))
+            ball = _ball(t - Fraction(float(self.starts[j])))
             return tuple(
                 _horner(text, ball) + arb(0, radius)
                 for text, radius in zip(self.polynomials[j], self.radius[j].tolist(), strict=True)
@@ -179,12 +182,12 @@ def _text(polynomial: Sequence[arb]) -> str:
 
 def ball_function(
     problem: InitialValueProblem, expressions: Sequence[sp.Expr]
-) -> Callable[[arb, Sequence[arb]], list[arb]]:
-    """Expressions in the problem's time, states and definitions, as a function of balls (time, states)."""
+) -> Callable[[Fraction, Sequence[arb]], list[arb]]:
+    """Expressions in the problem's time, states and definitions, as a function of an exact time and of balls."""
     program = compile_program(problem.time, problem.states, expressions, problem.definitions)
 
-    def values(time: arb, states: Sequence[arb]) -> list[arb]:
-        nodes = coefficients(program, time, states, 0)
+    def values(time: Fraction, states: Sequence[arb]) -> list[arb]:
+        nodes = coefficients(program, _ball(time), states, 0)
         return [nodes[node][0] for node in program.rhs]
 
     return values
@@ -215,15 +218,11 @@ def compute(problem: InitialValueProblem, target: float) -> Enclosure:
     """`enclose` without a cache; one at a time, since the precision of ball arithmetic is global."""
     if not 0 < target < inf:
         raise ValueError(f"the target radius must be positive and finite, not {target}")
-    with ONE_AT_A_TIME:
-        return _compute(problem, target)
-
-
-def _compute(problem: InitialValueProblem, target: float) -> Enclosure:
     program = compile_program(problem.time, problem.states, problem.rhs, problem.definitions)
-    settings, steps = enclosure.prove(program, problem.start_balls, problem.end, target)
-    with precision(settings.bits):
-        table = tabulate(steps, settings.bits)
+    with ONE_AT_A_TIME:
+        settings, steps = enclosure.prove(program, problem.start_balls, problem.end, target)
+        with precision(settings.bits):
+            table = tabulate(steps, settings.bits)
     return Enclosure(
         problem.names,
         settings.bits,

@@ -178,7 +178,7 @@ def test_refused_and_missing_programs_say_why(browser: Browser, tmp_path: Path) 
     record.write_text(json.dumps({**(refused.run() or {}), "csv_sha256": refused.csv_hash()}))
     write_page(tmp_path / "index.html", ports, judge_all(ports, LESSON))
     other = open_page(browser, tmp_path / "index.html")
-    show_charts(other.page.locator("#trajectories .chart"))
+    show_all(other.page)
     for port, reason in ((refused, "x2-equals-the-exact-solution (10) FAILS"), (missing, f"type: make {missing.name}")):
         card = other.page.locator(f"#verdict-{port.name}")
         assert not card.get_by_text(reason).is_visible()

@@ -38,7 +38,7 @@ def test_truth_prints_values_whose_radius_covers_the_exact_solution() -> None:
     for row in rows:
         with precision(200):
             states = truth(LESSON).at(Fraction(row["t"]))
-            enclosed = (*states, *errors(ball(Fraction(row["t"])), states))
+            enclosed = (*states, *errors(Fraction(row["t"]), states))
             for name, exact in zip(PRINTED, enclosed, strict=True):
                 value, radius = Fraction(row[name]), Fraction(row[name + "_radius"])
                 assert abs(exact - ball(value)) <= ball(radius) and radius < Fraction(1, 10**6), (name, row)
