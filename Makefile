@@ -9,7 +9,7 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DEFAULT_GOAL := help
 
 PYTHON := .venv/bin/python
-RUN := $(PYTHON) -B -m conformance.run
+RUN := $(PYTHON) -B -m conformance.programs.run
 
 include $(sort $(wildcard */port.mk))
 
@@ -77,10 +77,10 @@ environment: .venv/installed
 	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements-bench.txt
 	@touch $@
 
-.venv/page/installed: requirements-page.txt conformance/report/package.json conformance/report/package-lock.json | environment
+.venv/page/installed: requirements-page.txt conformance/pages/report/package.json conformance/pages/report/package-lock.json | environment
 	@echo 'set-up: installing what the page embeds, and what tests it, in .venv (half a minute)'
 	@$(PYTHON) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements-page.txt
-	@mkdir -p $(@D) && cp conformance/report/package.json conformance/report/package-lock.json $(@D)
+	@mkdir -p $(@D) && cp conformance/pages/report/package.json conformance/pages/report/package-lock.json $(@D)
 	@cd -P $(@D) && ../bin/npm ci --loglevel=error --no-audit --no-fund --ignore-scripts >/dev/null
 	@touch $@
 
@@ -90,5 +90,5 @@ environment: .venv/installed
 ports: $(PORTS)
 $(KNOWN_PORTS): %: build/%/done
 
-build/%/done: conformance/run.py conformance/ports.py | environment
+build/%/done: conformance/programs/run.py conformance/programs/ports.py | environment
 	$(RUN) $*

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from conformance.atomic import write_atomically
-from conformance.scenario import RANGES, SCENARIOS
+from conformance.theory.scenario import RANGES, SCENARIOS
 
 GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
 RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform$"
@@ -93,8 +93,8 @@ def parser() -> Parser:
     variants = commands.add_parser(
         "variants",
         help="run edited programs: experiments that must conform, mistakes that must be refused",
-        description="Run and judge the variants of conformance/variants/. The exit status is 1 where an experiment "
-        "does not conform, or a mistake is not refused by its check.",
+        description="Run and judge the variants of conformance/trials/variants/. The exit status is 1 where an "
+        "experiment does not conform, or a mistake is not refused by its check.",
     )
     variants.add_argument("names", nargs="*", metavar="NAME", help="these alone (default: all)")
     variants.add_argument("--list", action="store_true", help="only list them")
@@ -158,8 +158,8 @@ def main() -> int:
 
 def print_table(arguments: argparse.Namespace) -> int:
     """What ran and what came out."""
-    from conformance.ports import selected_ports
-    from conformance.table import table
+    from conformance.programs.ports import selected_ports
+    from conformance.programs.table import table
 
     print(table(selected_ports().values()))
     return 0
@@ -167,9 +167,9 @@ def print_table(arguments: argparse.Namespace) -> int:
 
 def check(arguments: argparse.Namespace) -> int:
     """The verdicts on the programs, as a table; 0 where all conform."""
-    from conformance.ports import ROOT, selected_ports
-    from conformance.scenario import LESSON
-    from conformance.verdict import judge_all, summary, to_json
+    from conformance.judging.verdict import judge_all, summary, to_json
+    from conformance.programs.ports import ROOT, selected_ports
+    from conformance.theory.scenario import LESSON
 
     judgement = judge_all(selected_ports(arguments.ports), LESSON)
     write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
@@ -179,7 +179,7 @@ def check(arguments: argparse.Namespace) -> int:
 
 def write_tolerances(arguments: argparse.Namespace) -> int:
     """docs/tolerances.md."""
-    from conformance.tolerances import PAGE, page
+    from conformance.pages.tolerances import PAGE, page
 
     write_atomically(PAGE, page())
     print(PAGE)
@@ -188,9 +188,9 @@ def write_tolerances(arguments: argparse.Namespace) -> int:
 
 def validate(arguments: argparse.Namespace) -> int:
     """The verdict on a file, with every figure: what holds, the verdict, and what does not, with its usual cause."""
-    from conformance.scenario import scenario_named
-    from conformance.trajectory import readable
-    from conformance.verdict import judge_file, to_json
+    from conformance.judging.trajectory import readable
+    from conformance.judging.verdict import judge_file, to_json
+    from conformance.theory.scenario import scenario_named
 
     for path in filter(None, (arguments.csv, arguments.stdout)):
         readable(path)
@@ -208,10 +208,10 @@ def validate(arguments: argparse.Namespace) -> int:
 
 def report(arguments: argparse.Namespace) -> int:
     """The page."""
-    from conformance.ports import selected_ports
-    from conformance.report.page import PAGE, write_page
-    from conformance.scenario import LESSON
-    from conformance.verdict import judge_all
+    from conformance.judging.verdict import judge_all
+    from conformance.pages.report.page import PAGE, write_page
+    from conformance.programs.ports import selected_ports
+    from conformance.theory.scenario import LESSON
 
     path, ports = arguments.to or PAGE, selected_ports()
     write_page(path, ports, judge_all(ports, LESSON))
@@ -221,10 +221,10 @@ def report(arguments: argparse.Namespace) -> int:
 
 def readme(arguments: argparse.Namespace) -> int:
     """The README's table and picture."""
-    from conformance.ports import read_ports
-    from conformance.readme import write_readme
-    from conformance.scenario import LESSON
-    from conformance.verdict import judge_all
+    from conformance.judging.verdict import judge_all
+    from conformance.pages.readme import write_readme
+    from conformance.programs.ports import read_ports
+    from conformance.theory.scenario import LESSON
 
     write_readme(judge_all(read_ports(), LESSON), read_ports())
     return 0
@@ -232,7 +232,7 @@ def readme(arguments: argparse.Namespace) -> int:
 
 def diff(arguments: argparse.Namespace) -> int:
     """What changed between two results."""
-    from conformance.difference import differences, read_result
+    from conformance.judging.difference import differences, read_result
 
     lines = differences(read_result(arguments.old), read_result(arguments.new))
     print("\n".join(lines or ["nothing changed"]))
@@ -241,9 +241,9 @@ def diff(arguments: argparse.Namespace) -> int:
 
 def variants(arguments: argparse.Namespace) -> int:
     """Edited programs, run and judged."""
-    from conformance import kill_matrix
-    from conformance.ports import ROOT, selected_ports
-    from conformance.variant import read_variants, runnable
+    from conformance.programs.ports import ROOT, selected_ports
+    from conformance.trials import kill_matrix
+    from conformance.trials.variant import read_variants, runnable
 
     known = read_variants()
     unknown = [name for name in arguments.names if name not in known]
@@ -263,10 +263,10 @@ def variants(arguments: argparse.Namespace) -> int:
 
 def exercises(arguments: argparse.Namespace) -> int:
     """The page of exercises, written."""
-    from conformance import kill_matrix
-    from conformance.exercises import PAGE, page
-    from conformance.ports import read_ports
-    from conformance.variant import read_variants
+    from conformance.pages.exercises import PAGE, page
+    from conformance.programs.ports import read_ports
+    from conformance.trials import kill_matrix
+    from conformance.trials.variant import read_variants
 
     known, ports = read_variants().values(), list(read_ports().values())
     kill_matrix.prepare(known, ports)
@@ -277,9 +277,9 @@ def exercises(arguments: argparse.Namespace) -> int:
 
 def mutants(arguments: argparse.Namespace) -> int:
     """Mutants, run and judged."""
-    from conformance import mutants
-    from conformance.ports import selected_ports
-    from conformance.variant import runnable
+    from conformance.programs.ports import selected_ports
+    from conformance.trials import mutants
+    from conformance.trials.variant import runnable
 
     made = [mutant for port in runnable(selected_ports(arguments.ports).values()) for mutant in mutants.mutants(port)]
     if arguments.list:
@@ -292,7 +292,7 @@ def mutants(arguments: argparse.Namespace) -> int:
 
 def new_port(arguments: argparse.Namespace) -> int:
     """The skeleton of a port."""
-    from conformance.new_port import write_skeleton
+    from conformance.programs.new_port import write_skeleton
 
     print("\n".join(str(path) for path in write_skeleton(arguments.name)))
     print(f"next, see docs/porting.md: write it; make {arguments.name}; make check PORTS={arguments.name}")
@@ -301,7 +301,7 @@ def new_port(arguments: argparse.Namespace) -> int:
 
 def print_truth(arguments: argparse.Namespace) -> int:
     """The enclosure at the times asked for."""
-    from conformance.scenario import scenario_named
+    from conformance.theory.scenario import scenario_named
 
     scenario = scenario_named(arguments.scenario)
     times = arguments.times or [i * arguments.step for i in range(int(scenario.horizon / arguments.step) + 1)]
@@ -309,7 +309,7 @@ def print_truth(arguments: argparse.Namespace) -> int:
         if not 0 <= time <= scenario.horizon:
             raise ValueError(f"time {time} is outside of [0, {scenario.horizon}]")
 
-    from conformance.experiment import truth_table  # which takes a while
+    from conformance.truth.experiment import truth_table  # which takes a while
 
     rows = list(truth_table(scenario, times, arguments.digits))
     csv.writer(sys.stdout, lineterminator="\n").writerows(rows)
@@ -320,8 +320,8 @@ def campaign(arguments: argparse.Namespace) -> int:
     """The outcomes of a campaign, counted; what failed comes with the scenario that reproduces it."""
     from tqdm import tqdm
 
-    from conformance.campaign import FOLDER, draw, prepare_all, report, run_campaign, trial
-    from conformance.ports import selected_ports
+    from conformance.programs.ports import selected_ports
+    from conformance.trials.campaign import FOLDER, draw, prepare_all, report, run_campaign, trial
 
     ports = selected_ports(names=arguments.ports)
     folder = (arguments.folder or FOLDER).resolve()

@@ -18,19 +18,19 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from conformance.campaign import Trial, draw, prepare_all, run_campaign, run_program, scratch_tree, trial
-from conformance.edits import constant_edit, edited
-from conformance.exact import exact
-from conformance.experiment import problem
-from conformance.ports import ROOT, read_ports
-from conformance.program import explicit
-from conformance.run import choose_engine, compile_command, in_place
-from conformance.scenario import LESSON
-from conformance.table import layout
-from conformance.trajectory import load
-from conformance.truth import Enclosure, InitialValueProblem, enclose
-from conformance.variant import copy_tree
-from conformance.verdict import judge_all, judge_file
+from conformance.judging.trajectory import load
+from conformance.judging.verdict import judge_all, judge_file
+from conformance.programs.ports import ROOT, read_ports
+from conformance.programs.run import choose_engine, compile_command, in_place
+from conformance.programs.table import layout
+from conformance.theory.program import explicit
+from conformance.theory.scenario import LESSON
+from conformance.trials.campaign import Trial, draw, prepare_all, run_campaign, run_program, scratch_tree, trial
+from conformance.trials.edits import constant_edit, edited
+from conformance.trials.variant import copy_tree
+from conformance.truth.exact import exact
+from conformance.truth.experiment import problem
+from conformance.truth.truth import Enclosure, InitialValueProblem, enclose
 
 T = TypeVar("T")
 START = (LESSON.x1_start, LESSON.x2_start, LESSON.theta_hat_start)
@@ -135,7 +135,7 @@ def mpmath_figures(lesson: InitialValueProblem, enclosed: Enclosure, limit: floa
 
 # ---- Judging a CSV ----
 
-READING = "import pandas, conformance.verdict, conformance.__main__"  # what validate imports
+READING = "import pandas, conformance.judging.verdict, conformance.__main__"  # what validate imports
 LARGE = "0.000002"  # s, the step of RK4 that logs 10 million rows
 
 
@@ -248,8 +248,8 @@ def bench_page() -> None:
     """How soon the page answers, and how long the playground takes to integrate and draw."""
     from playwright.sync_api import sync_playwright
 
-    from conformance.report import chromium
-    from conformance.report.page import write_page
+    from conformance.pages.report import chromium
+    from conformance.pages.report.page import write_page
 
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         path = Path(name) / "index.html"

@@ -9,16 +9,16 @@ from typing import Any
 import pytest
 
 from conformance.atomic import write_atomically
-from conformance.checks import Tolerance
-from conformance.exact import KEPT
-from conformance.kill_matrix import prepare
-from conformance.ports import ROOT, Port
-from conformance.report.page import PAGE, write_page
-from conformance.scenario import LESSON
-from conformance.tests.programs import PORTS, engine_of, trajectory_of
-from conformance.trajectory import Trajectory
-from conformance.variant import copy_tree, read_variants, runnable
-from conformance.verdict import judge_all, summary, to_json
+from conformance.judging.checks import Tolerance
+from conformance.judging.trajectory import Trajectory
+from conformance.judging.verdict import judge_all, summary, to_json
+from conformance.pages.report.page import PAGE, write_page
+from conformance.programs.ports import ROOT, Port
+from conformance.tests.under_test import PORTS, engine_of, trajectory_of
+from conformance.theory.scenario import LESSON
+from conformance.trials.kill_matrix import prepare
+from conformance.trials.variant import copy_tree, read_variants, runnable
+from conformance.truth.exact import KEPT
 
 STARTED = time.time()
 SLOWEST_FIRST = (

@@ -14,12 +14,12 @@ import pytest
 import sympy as sp
 from flint import arb, fmpq
 
-from conformance.experiment import PRINTED, truth
-from conformance.ports import ROOT
-from conformance.scenario import LESSON
-from conformance.taylor import precision
-from conformance.tests.problems import lesson
-from conformance.truth import ball_function
+from conformance.programs.ports import ROOT
+from conformance.tests.truth.problems import lesson
+from conformance.theory.scenario import LESSON
+from conformance.truth.experiment import PRINTED, truth
+from conformance.truth.taylor import precision
+from conformance.truth.truth import ball_function
 
 
 def conformance(*words: str) -> subprocess.CompletedProcess[str]:

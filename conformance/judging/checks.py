@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: MIT
+"""One function per claim about a trajectory: the measured figure, the bound, and where the bound comes from."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from conformance.judging.measured import Measured, interpolate, interpolation_error
+from conformance.judging.trajectory import COARSEST, STATES, Array, Trajectory, digits_shown, print_error
+from conformance.truth.exact import Exact
+
+SETTLED = 0.75  # share of the horizon after which the transient is over: 15 s of 20 s
+FOUND = 0.01  # share of its first error that the exact estimate must fall below to be said to approach theta
+GRID = 0.005  # s, on which programs are compared with each other
+DOUBLE = float(np.finfo(float).eps)
+SMALLEST = float(np.finfo(float).tiny)
+MANTISSA = (1 << 52) - 1  # the bits of a double that hold its digits
+DIGITS_15 = 0.5e-14  # half a unit of the 15th significant digit, of a number that begins with 1
+
+Tolerance = tuple[float, float, float]  # of x1, x2, theta_hat: how far from the exact solution they may be
+CONTRACT: Tolerance = (1e-6, 1e-6, 1e-6)  # no program may be further, at any row
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a check found: `figure` must not exceed `bound`, which comes from `bound_from`."""
+
+    claim: str
+    section: str
+    figure: float
+    bound: float
+    where: str
+    bound_from: str
+
+    @property
+    def passed(self) -> bool:
+        return bool(self.figure <= self.bound)  # a NaN does not pass
+
+    def __str__(self) -> str:
+        verdict = "holds" if self.passed else "FAILS"
+        return (
+            f"{self.claim} {self.section} {verdict}: {self.figure:.3g}, "
+            f"bound {self.bound:.3g} ({self.bound_from}); {self.where}"
+        )
+
+
+def largest(values: Array, t: Array, what: str) -> tuple[float, str]:
+    """The largest |value|, a NaN before all, and where it is."""
+    sizes = np.where(np.isnan(values), np.inf, np.abs(values))
+    i = int(np.argmax(sizes))
+    return float(sizes[i]), f"{what} at t = {t[i]:.6g}"
+
+
+# ---- Against the exact solution ----
+
+
+def rows_are_close_enough(log: Measured, tolerance: Tolerance) -> Result:
+    """Between the rows, the exact solution can be drawn from its values at the rows, to within the contract."""
+    figure, where = largest(log.interpolation_error, log.trajectory.t[:-1], "the quintic through the exact rows, after")
+    return Result("rows-are-close-enough", "(10)", figure, max(CONTRACT), where, "the contract")
+
+
+def states_are_in_double_precision(log: Measured, tolerance: Tolerance) -> list[Result]:
+    """Each state is kept and printed with the digits of a double: no single precision, no fixed decimals on the way."""
+    results = []
+    for name, values in zip(STATES, log.trajectory.states, strict=True):
+        _, digits = digits_shown(values)
+        printed = 0.5 * 10.0 ** (1 - digits) if digits else 0.0
+        used = int(np.bitwise_or.reduce(np.ascontiguousarray(values).view(np.int64))) & MANTISSA
+        kept = DOUBLE * (used & -used) if used else 0.0  # the last bit that any of the numbers uses
+        figure = max(printed, float(kept)) if np.isfinite(values).all() else np.inf
+        where = f"relative; {digits} digits are shown"
+        results.append(Result(f"{name}-is-in-double-precision", "(10)", figure, DIGITS_15, where, "15 digits"))
+    return results
+
+
+def reference_is_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
+    """The reference column is r(t): equal but for the rounding of its argument, of the wave, and of the print."""
+    scenario, logged = log.exact.scenario, log.trajectory.reference
+    figure, where = largest(logged - log.exact.reference(log.trajectory.t), log.trajectory.t, "reference")
+    argument = float(abs(scenario.phase) + abs(scenario.omega) * scenario.horizon)
+    rounding = 4 * DOUBLE * float(abs(scenario.amplitude)) * (1 + argument)
+    printed = min(float(print_error(logged).max()), COARSEST)
+    return Result("reference-is-the-scenarios", "(10)", figure, rounding + printed, where, "rounding and print")
+
+
+def obeys_its_differential_equation(name: str) -> Callable[[Measured, Tolerance], Result]:
+    """From row to row this state moves as its row of the closed loop says, by the Hermite-Simpson rule, (7).
+
+    The defect of the exact solution, and what the other states' defects cause, is taken off. What is left is, to first
+    order in the error e of the log, e_1 - e_0 - h/6 (J e_0 + 4 J e_m + J e_1), where J is the Jacobian and
+    e_m = (e_0 + e_1)/2 + h/8 J (e_0 - e_1). After the first step in which any state breaks its equation the others are
+    not judged: J is that of the exact solution, which the log has left.
+    """
+    row = STATES.index(name)
+
+    def check(log: Measured, tolerance: Tolerance) -> Result:
+        t, J, e = log.trajectory.t, log.exact.gains.field, np.array(tolerance)
+        h = float(np.diff(t).max())
+        bounds = 2 * e + h * J @ e + h**2 / 6 * J @ J @ e + DOUBLE * np.abs(log.trajectory.states).max(axis=1)
+        broken = ~(log.defect <= bounds[:, None]).all(axis=0)
+        end = int(np.argmax(broken)) + 1 if broken.any() else broken.size
+        figure, where = largest(log.defect[row, :end], t[:end], f"defect of {name}' in the step")
+        claim = f"{name}-obeys-its-differential-equation"
+        return Result(claim, "(7)", figure, float(bounds[row]), where, "tolerance, at both ends of a step")
+
+    check.__name__ = f"{name}_obeys_its_differential_equation"
+    return check
+
+
+def states_equal_the_exact_solution(log: Measured, tolerance: Tolerance) -> list[Result]:
+    """Each state column against the exact solution at the file's own times."""
+    results = []
+    for name, exact, off, bound in zip(STATES, log.exact.table.scale[:3], log.deviation, tolerance, strict=True):
+        figure, where = largest(off, log.trajectory.t, name)
+        digits = np.log10(1 / min(max(figure / max(exact, SMALLEST), DOUBLE), 1.0))
+        where += f"; {digits:.1f} digits agree; {figure / bound:.2g} times the tolerance"
+        results.append(Result(f"{name}-equals-the-exact-solution", "(10)", figure, bound, where, "tolerance"))
+    return results
+
+
+# ---- The checklist (15) ----
+
+
+def output_approaches_reference(log: Measured, tolerance: Tolerance) -> Result:
+    """After the transient, |x1 - reference| as logged is at most what the exact |z1| is there, plus the tolerance."""
+    late = _late(log)
+    figure, where = largest(log.trajectory.tracking_error[late], log.trajectory.t[late], "tracking_error")
+    bound = float(_exact_late(log.exact)[0]) + tolerance[0]
+    return Result("output-approaches-reference", "(15)", figure, bound, where, "the exact |z1| and the tolerance")
+
+
+def errors_approach_zero(log: Measured, tolerance: Tolerance) -> list[Result]:
+    """After the transient, |z1| and |z2|, computed from the log, are at most the exact ones plus the tolerance."""
+    late = _late(log)
+    results = []
+    bounds = _exact_late(log.exact) + log.exact.gains.z @ np.array(tolerance)
+    for name, values, bound in zip(("z1", "z2"), log.z, bounds.tolist(), strict=True):
+        figure, where = largest(values[late], log.trajectory.t[late], name)
+        source = f"the exact |{name}| and the tolerance"
+        results.append(Result(f"{name}-approaches-zero", "(15)", figure, bound, where, source))
+    return results
+
+
+def states_stay_bounded(log: Measured, tolerance: Tolerance) -> list[Result]:
+    """|z| <= sqrt(2 V(0)) and |theta_tilde| <= sqrt(2 gamma V(0)): the theorem's own bound, since V never grows."""
+    t, scenario = log.trajectory.t, log.exact.scenario
+    V0 = float(log.exact.lyapunov(np.zeros(1), log.exact.evaluate(np.zeros(1)))[0])
+    size, where = largest(np.hypot(*log.z), t, "|z|")
+    tilde, where_tilde = largest(log.trajectory.theta_hat - float(scenario.theta), t, "theta_tilde")
+    size_bound = np.sqrt(2 * V0) + float(np.hypot(*(log.exact.gains.z @ np.array(tolerance))))
+    tilde_bound = np.sqrt(2 * float(scenario.gamma) * V0) + tolerance[2]
+    return [
+        Result("errors-stay-bounded", "(15)", size, size_bound, where, "sqrt(2 V(0))"),
+        Result("estimate-stays-bounded", "(15)", tilde, tilde_bound, where_tilde, "sqrt(2 gamma V(0))"),
+    ]
+
+
+def estimate_ends_where_theory_says(log: Measured, tolerance: Tolerance) -> Result:
+    """At the horizon theta_hat is as near to theta as the exact one, or as far from it: no theorem says which, (9)."""
+    theta, horizon = float(log.exact.scenario.theta), float(log.exact.scenario.horizon)
+    start, end = np.abs(log.exact.evaluate([0.0, horizon])[2] - theta)
+    last = float(log.trajectory.theta_hat[-1])
+    where = f"theta_hat ends at {last:.6g}, theta is {theta:.6g}"
+    if end <= FOUND * start:
+        bound = float(end) + tolerance[2]
+        source = "the exact distance and the tolerance"
+        return Result("estimate-approaches-theta", "(15)", abs(last - theta), bound, where, source)
+    figure = abs(abs(last - theta) - float(end))
+    where += f", and the exact one stays {end:.6g} away"
+    return Result("estimate-stays-away-from-theta", "(9)", figure, tolerance[2], where, "tolerance")
+
+
+def lyapunov_function_never_grows(log: Measured, tolerance: Tolerance) -> Result:
+    """V from the log never rises between rows by more than errors at both ends explain.
+
+    V' = -k1 z1^2 - k2 z2^2 by the theorem's formula is shown beside it: a check of its sign could not fail.
+    """
+    figure, where = largest(np.maximum(np.diff(log.V), 0), log.trajectory.t[1:], "rise of V")
+    where += f"; V' by its formula runs from {log.V_dot.min():.3g} to {log.V_dot.max():.3g}"
+    bound = 2 * float(log.exact.gains.V @ np.array(tolerance)) + 4 * DOUBLE * float(log.V[0])
+    return Result("lyapunov-function-never-grows", "(15)", figure, bound, where, "tolerance, at both ends of a step")
+
+
+def lyapunov_function_falls_by_what_is_dissipated(log: Measured, tolerance: Tolerance) -> Result:
+    """Between any two rows V falls by the integral of k1 z1^2 + k2 z2^2, since V' is minus that.
+
+    The bound: V moves by its gradient times the tolerance at both rows, the integral by that of its integrand, and
+    the quadrature misses what it misses on the exact solution.
+    """
+    imbalance, missed = log.imbalance
+    values = np.where(np.isnan(imbalance), np.inf, imbalance)
+    i, j = sorted((int(np.argmin(values)), int(np.argmax(values))))
+    figure = float(values.max() - values.min()) if np.isfinite(values).all() else np.inf
+    e, gains = np.array(tolerance), log.exact.gains
+    rounding = 2 * DOUBLE * float(log.V[0]) * np.sqrt(values.size)
+    bound = float((2 * gains.V + gains.dissipated) @ e) + missed + rounding
+    where = f"from t = {log.trajectory.t[i]:.6g} to {log.trajectory.t[j]:.6g}"
+    source = f"tolerance, and {missed:.1g} of the quadrature"
+    return Result("lyapunov-function-falls-by-what-is-dissipated", "(7)", figure, bound, where, source)
+
+
+def _late(log: Measured) -> slice:
+    return slice(int(np.searchsorted(log.trajectory.t, SETTLED * float(log.exact.scenario.horizon))), None)
+
+
+def _exact_late(exact: Exact) -> Array:
+    """The largest exact |z1| and |z2| after the transient."""
+    horizon = float(exact.scenario.horizon)
+    t = np.linspace(SETTLED * horizon, horizon, 2001)
+    sizes: Array = np.abs(exact.errors(t, exact.evaluate(t))).max(axis=1)
+    return sizes
+
+
+# ---- Between programs ----
+
+
+def programs_agree(
+    trajectories: dict[str, Trajectory], exact: Exact, tolerances: dict[str, Tolerance]
+) -> dict[tuple[str, str], Result]:
+    """Every pair on a common grid; the bound is the sum of the two tolerances and of the two interpolation errors."""
+    times = GRID * np.arange(round(float(exact.scenario.horizon) / GRID) + 1, dtype=np.float64)
+    on_grid = {name: interpolate(trajectory, exact, times) for name, trajectory in trajectories.items()}
+    missed = {name: interpolation_error(trajectory, exact, times) for name, trajectory in trajectories.items()}
+    results = {}
+    for a, b in combinations(on_grid, 2):
+        bounds = np.add(tolerances[a], tolerances[b]) + missed[a] + missed[b]
+        difference = np.abs(on_grid[a] - on_grid[b])
+        row = int(np.argmax(difference.max(axis=1) / bounds))
+        figure, where = largest(difference[row], times, STATES[row])
+        source = f"both tolerances, and {missed[a] + missed[b]:.1g} of the interpolation"
+        results[a, b] = Result(f"{a}-agrees-with-{b}", "(10)", figure, float(bounds[row]), where, source)
+    return results
+
+
+# ---- The list ----
+
+
+@dataclass(frozen=True)
+class Check:
+    """One claim, and what usually causes it to fail; `run` gives one result per column or quantity."""
+
+    run: Callable[[Measured, Tolerance], Result | list[Result]]
+    cause: str
+
+    def __call__(self, log: Measured, tolerance: Tolerance) -> list[Result]:
+        results = self.run(log, tolerance)
+        return results if isinstance(results, list) else [results]
+
+
+CHECKS = (
+    Check(rows_are_close_enough, "too few rows, or rows left out: log at least every 0.02 s"),
+    Check(
+        states_are_in_double_precision,
+        "single precision, or too few digits printed: %.17g gives a double back, %.12f does not",
+    ),
+    Check(reference_is_the_scenarios, "another reference, or times that are off by a step"),
+    Check(obeys_its_differential_equation("x1"), "row 1 of the plant, such as sin(x2) for x2 (16), or theta"),
+    Check(
+        obeys_its_differential_equation("x2"),
+        "the control u: a term, sign or gain in it (16), or in alpha1, tau2 or a derivative of r, of which it is made",
+    ),
+    Check(obeys_its_differential_equation("theta_hat"), "the update law: gamma, or a sign or term in tau2"),
+    Check(
+        states_equal_the_exact_solution,
+        "where a state breaks its equation, that; else the start, the method, such as an Euler step, or its tolerance",
+    ),
+    Check(output_approaches_reference, "a reference whose derivatives do not belong to it, or a missing term (16)"),
+    Check(errors_approach_zero, "the x1 theta_hat' term of u, or a derivative of the reference, is missing (16)"),
+    Check(states_stay_bounded, "a wrong sign in the update law or the control"),
+    Check(estimate_ends_where_theory_says, "an estimate that is not updated, or updated with a wrong sign or gain"),
+    Check(lyapunov_function_never_grows, "a wrong tuning function, or theta where theta_hat belongs (16)"),
+    Check(lyapunov_function_falls_by_what_is_dissipated, "a term missing in u or tau2, so that V' keeps a cross term"),
+)
+
+
+def judge(trajectory: Trajectory, exact: Exact, tolerance: Tolerance) -> list[tuple[Check, Result]]:
+    """Every result of every check, in the order of CHECKS."""
+    log = Measured(trajectory, exact)
+    with np.errstate(over="ignore", invalid="ignore"):  # of numbers near 1e308, which no check lets pass
+        return [(check, result) for check in CHECKS for result in check(log, tolerance)]

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: MIT
+"""The verdict on a program or on a file: a status, its reason, and the results it rests on."""
+
+import json
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from conformance.judging.checks import CONTRACT, Check, Result, Tolerance, judge, programs_agree
+from conformance.judging.trajectory import STATES, Trajectory, TrajectoryError, load, print_error
+from conformance.programs.ports import ROOT, Port, read_ports
+from conformance.programs.table import engine_and_version, layout
+from conformance.theory.scenario import Scenario
+from conformance.truth.exact import TARGET, exact
+
+STATUSES = ("pass", "fail", "error", "missing", "stale", "left out")
+REPORT = (  # what a program prints; the number of the first three lines
+    r"Final tracking error: ([-+\d.]+e[-+]?\d+)",
+    r"Final parameter estimate: ([-+]?\d+\.\d{6,})",
+    r"True parameter: ([-+]?\d+\.\d+)",
+    r"Data written to (\S+)",
+)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was judged (a port or a file), how it fared and why; `engine` is "" for a file.
+
+    `trajectory` is there where the CSV could be read.
+    """
+
+    name: str
+    status: str
+    reason: str = ""
+    engine: str = ""
+    stand_in: bool = False
+    results: tuple[Result, ...] = ()
+    trajectory: Trajectory | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def conforms(self) -> bool:
+        return self.status == "pass"
+
+    @property
+    def errors(self) -> dict[str, Result]:
+        """The comparison with the exact solution, by state; empty where nothing was measured."""
+        measured = {result.claim: result for result in self.results}
+        claims = {state: f"{state}-equals-the-exact-solution" for state in STATES}
+        return {state: measured[claim] for state, claim in claims.items() if claim in measured}
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """The verdicts on all ports, and how every pair of readable trajectories compares, by their names."""
+
+    verdicts: tuple[Verdict, ...]
+    pairs: dict[tuple[str, str], Result]
+
+    @property
+    def conforms(self) -> bool:
+        return all(verdict.conforms or verdict.status == "left out" for verdict in self.verdicts)
+
+
+# ---- Judging ----
+
+
+def judge_file(
+    path: Path,
+    scenario: Scenario,
+    stdout: Path | None = None,
+    tolerance: Tolerance = CONTRACT,
+    target: float = TARGET,
+) -> Verdict:
+    """The verdict on anyone's CSV, and on what its program printed where `stdout` is given.
+
+    `target` is the radius of the proof of the exact solution.
+    """
+    try:
+        trajectory = load(path, float(scenario.horizon))
+    except TrajectoryError as error:
+        return Verdict(path.name, "fail", str(error))
+    judged = judge(trajectory, exact(scenario, target), tolerance)
+    problems = [explain(check, result) for check, result in judged if not result.passed]
+    if stdout is not None:
+        problems += report_problems(stdout.read_text(errors="replace"), trajectory, scenario, path.name)
+    results = tuple(result for _, result in judged)
+    status = "fail" if problems else "pass"
+    return Verdict(path.name, status, "\n".join(problems), results=results, trajectory=trajectory)
+
+
+def judge_port(port: Port, scenario: Scenario) -> Verdict:
+    """The verdict on a port's last run, at its engine's tolerance."""
+    run = port.run()
+    if run is None:
+        names = " or ".join(engine.name for engine in port.engines)
+        there = any(engine.found(ROOT) for engine in port.engines)
+        why = "it did not run" if there else f"{names} not found"
+        return Verdict(port.name, "missing", f"{why}; type: make {port.name}")
+    engine = engine_and_version(run)
+    stand_in = any(other.proprietary for other in port.engines) and not run["proprietary"]
+    if run["source_sha256"] != port.source_hash():
+        return Verdict(port.name, "stale", f"the source has changed since; type: make {port.name}", engine, stand_in)
+    if run["exit_status"] != 0:
+        return Verdict(port.name, "error", f"it ended with status {run['exit_status']}", engine, stand_in)
+    if run.get("csv_sha256") != port.csv_hash():
+        reason = f"{port.csv.name} is not the file that the run wrote; type: rm -r build/{port.name}; make {port.name}"
+        return Verdict(port.name, "stale", reason, engine, stand_in)
+    judged = judge_file(port.csv, scenario, port.stdout, port.ran_engine(run).tolerance)
+    return replace(judged, name=port.name, engine=engine, stand_in=stand_in)
+
+
+def explain(check: Check, result: Result) -> str:
+    """A result that failed, in words, with its usual cause."""
+    return f"{result}\n  usual cause: {check.cause}"
+
+
+def report_problems(text: str, trajectory: Trajectory, scenario: Scenario, csv_name: str) -> list[str]:
+    """Where standard output does not say the same as the CSV."""
+    lines = text.splitlines()
+    found = [re.fullmatch(pattern, line) for pattern, line in zip(REPORT, lines, strict=False)]
+    if len(lines) != len(REPORT) or not all(found):
+        return [f"standard output: found {lines}, expected the four lines of the contract"]
+    error, estimate, parameter, name = (match[1] for match in found if match)
+    z1, theta_hat = float(trajectory.tracking_error[-1]), float(trajectory.theta_hat[-1])
+    coarse_z1, coarse_theta_hat = (print_error(c)[-1] for c in (trajectory.tracking_error, trajectory.theta_hat))
+    wanted = (
+        ("final tracking error", abs(float(error) - z1) <= half_unit(error) + coarse_z1, error, f"{z1:.6e}"),
+        (
+            "final parameter estimate",
+            abs(float(estimate) - theta_hat) <= half_unit(estimate) + coarse_theta_hat,
+            estimate,
+            f"{theta_hat:.10f}",
+        ),
+        ("true parameter", float(parameter) == float(scenario.theta), parameter, f"{float(scenario.theta)}"),
+        ("file name", name == csv_name, name, csv_name),
+    )
+    return [f"standard output, {what}: found {got}, expected {want}" for what, same, got, want in wanted if not same]
+
+
+def judge_all(selected: Mapping[str, Port], scenario: Scenario) -> Judgement:
+    """The verdicts on every port there is: left out where not selected, failed where it disagrees with another.
+
+    A port that fails by itself is compared with the others too, but does not make them fail.
+    """
+    verdicts = {name: judge_port(port, scenario) for name, port in selected.items()}
+    trajectories = {name: v.trajectory for name, v in verdicts.items() if v.trajectory is not None}
+    tolerances = {name: selected[name].ran_engine(selected[name].run() or {}).tolerance for name in trajectories}
+    pairs = programs_agree(trajectories, exact(scenario), tolerances)
+    conforming = {name for name, verdict in verdicts.items() if verdict.conforms}
+    for pair, result in pairs.items():
+        if not result.passed and conforming.issuperset(pair):
+            for name in pair:
+                reason = f"{verdicts[name].reason}\n{result}".strip()
+                verdicts[name] = replace(verdicts[name], status="fail", reason=reason)
+    every = (verdicts.get(name, Verdict(name, "left out", "PORTS does not name it")) for name in read_ports())
+    return Judgement(tuple(every), pairs)
+
+
+def half_unit(number: str) -> float:
+    """Half a unit of the last digit that a number shows, and a little for its own rounding."""
+    exponent = Decimal(number).as_tuple().exponent
+    return 0.500001 * 10.0 ** int(exponent)
+
+
+# ---- Telling ----
+
+
+def headline(verdicts: Sequence[Verdict]) -> str:
+    """The count, honestly: what conforms, what does not and why not, and which engine stood in for which."""
+    counts = Counter(verdict.status for verdict in verdicts)
+    asked = len(verdicts) - counts["left out"]
+    parts = [f"{counts['pass']} of {asked} conform"]
+    for status in STATUSES[1:-1]:
+        if counts[status]:
+            named = ", ".join(_named(verdict) for verdict in verdicts if verdict.status == status)
+            parts.append(f"{counts[status]} {status}: {named}")
+    if counts["left out"]:
+        parts.append(f"{counts['left out']} left out")
+    stood_in = [verdict.name for verdict in verdicts if verdict.stand_in]
+    if stood_in:
+        parts.append(f"{', '.join(stood_in)} on an open engine in place of the proprietary one")
+    return "; ".join(parts)
+
+
+def _named(verdict: Verdict) -> str:
+    """A port's name, and what it lacks where it is missing."""
+    return f"{verdict.name} ({verdict.reason.partition(';')[0]})" if verdict.status == "missing" else verdict.name
+
+
+def table_rows(verdicts: Sequence[Verdict]) -> list[tuple[str, ...]]:
+    """One row per verdict: each state's largest error against the exact solution, and its share of the tolerance."""
+    head = ("port", "status", "engine and version", *(f"{state}: error, of tolerance" for state in STATES))
+    rows: list[tuple[str, ...]] = [head]
+    for verdict in verdicts:
+        cells = [f"{result.figure:.1e}  {result.figure / result.bound:.2g}" for result in verdict.errors.values()]
+        rows.append((verdict.name, verdict.status, verdict.engine, *(cells or [""] * len(STATES))))
+    return rows
+
+
+def pair_rows(pairs: Mapping[tuple[str, str], Result]) -> list[tuple[str, ...]]:
+    """The matrix of all pairs: the largest difference, over its bound where that is exceeded."""
+    names = list(dict.fromkeys(name for pair in pairs for name in pair))
+    rows: list[tuple[str, ...]] = [("largest difference", *names[1:])]
+    for a in names[:-1]:
+        cells = []
+        for b in names[1:]:
+            result = pairs.get((a, b))
+            excess = f" > {result.bound:.1e}" if result and not result.passed else ""
+            cells.append(f"{result.figure:.1e}{excess}" if result else "")
+        rows.append((a, *cells))
+    return rows
+
+
+def summary(judgement: Judgement) -> str:
+    """The table, the matrix of pairs, the reasons, and the headline last."""
+    verdicts = judgement.verdicts
+    tables = [layout(table_rows(verdicts))]
+    tables += ["", layout(pair_rows(judgement.pairs))] if judgement.pairs else []
+    reasons = [f"{verdict.name}: {verdict.reason}" for verdict in verdicts if verdict.reason]
+    return "\n".join([*tables, "", *reasons, headline(verdicts)])
+
+
+def to_json(verdicts: Sequence[Verdict], pairs: Mapping[tuple[str, str], Result] | None = None) -> str:
+    """The verdicts as JSON, in the form of result.schema.json; figures that are not finite are null."""
+    whole = {
+        "headline": headline(verdicts),
+        "verdicts": [
+            {
+                "name": verdict.name,
+                "status": verdict.status,
+                "reason": verdict.reason,
+                "engine": verdict.engine,
+                "stand_in": verdict.stand_in,
+                "results": [_plain(result) for result in verdict.results],
+            }
+            for verdict in verdicts
+        ],
+        "pairs": [_plain(result) for result in (pairs or {}).values()],
+    }
+    return json.dumps(whole, indent=2, allow_nan=False) + "\n"
+
+
+def _plain(result: Result) -> dict[str, Any]:
+    finite = abs(result.figure) < float("inf")
+    return {
+        **asdict(result),
+        "figure": float(result.figure) if finite else None,
+        "bound": float(result.bound),
+        "passed": result.passed,
+    }

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""The programs' code as HTML: one element per line, in the language's colours, light and dark."""
+
+import re
+from collections.abc import Iterable, Iterator
+from itertools import islice
+
+from markupsafe import Markup
+from pygments import lex
+from pygments.formatters import HtmlFormatter
+from pygments.lexer import Lexer
+from pygments.lexers import get_lexer_by_name, get_lexer_for_filename
+from pygments.token import STANDARD_TYPES, Token
+from pygments.util import ClassNotFound
+
+from conformance.programs.ports import Port
+from conformance.programs.sources import cut
+
+LANGUAGES = {".m": "matlab", ".nb": "wolfram"}  # where the name does not say which
+PLAIN = ("", "err", "n", "o", "p", "w", "nn", "nv")  # kinds of tokens that need no colour
+
+
+def highlighted(port: Port) -> dict[str, Markup]:
+    """The code of each step as HTML, one element per line; a port that is not cut into the steps has none."""
+    try:
+        steps = cut(port)
+    except ValueError:
+        return {}
+    lines = highlighted_lines("".join(steps.values()), port.source)
+    return {key: listing(text, islice(lines, text.count("\n"))) for key, text in steps.items()}
+
+
+def listing(text: str, lines: Iterable[Markup]) -> Markup:
+    """Whole lines of code as a block that keeps, but does not show, its common indentation and blank lines around."""
+    plain = text.splitlines()
+    indents = [len(line) - len(line.lstrip()) for line in plain]
+    filled = [i for i, line in enumerate(plain) if line.strip()]
+    common = min((indents[i] for i in filled), default=0)
+    html = Markup("").join(
+        Markup('<span class="line" style="--indent:{}">{}\n</span>').format(indents[i], line)
+        if filled and filled[0] <= i <= filled[-1]
+        else Markup('<span class="blank">\n</span>')
+        for i, line in enumerate(lines)
+    )
+    return Markup('<pre class="code" style="--common:{}"><code>{}</code></pre>').format(common, html)
+
+
+def highlighted_lines(text: str, file: str) -> Iterator[Markup]:
+    """The lines of a text as HTML without their ends, in the colours of the language that the file's name tells."""
+    line = Markup("")
+    for kind, value in lex(text, lexer(file)):
+        name = STANDARD_TYPES[next(ancestor for ancestor in reversed(kind.split()) if ancestor in STANDARD_TYPES)]
+        for part in re.findall(r"[^\n]+|\n", value):
+            if part == "\n":
+                yield line
+                line = Markup("")
+            elif kind in Token.Comment:
+                line += Markup('<span class="{}">{}</span>').format(name, with_sections(part))
+            elif name in PLAIN:
+                line += Markup.escape(part)
+            else:
+                line += Markup('<span class="{}">{}</span>').format(name, part)
+
+
+def lexer(file: str) -> Lexer:
+    """What cuts a file's text into tokens; of an unknown language the whole text is one."""
+    suffix = file[file.rfind(".") :]
+    try:
+        if suffix in LANGUAGES:
+            return get_lexer_by_name(LANGUAGES[suffix], stripnl=False, ensurenl=False)
+        return get_lexer_for_filename(file, stripnl=False, ensurenl=False)
+    except ClassNotFound:
+        return get_lexer_by_name("text", stripnl=False, ensurenl=False)
+
+
+def with_sections(comment: str) -> Markup:
+    """A comment in which the lesson's sections stand out."""
+    return Markup(re.sub(r"(\(\d+\))", r"<b>\1</b>", str(Markup.escape(comment))))
+
+
+def highlighting() -> str:
+    """The colours of the code, light and dark."""
+    light = HtmlFormatter(style="default").get_style_defs(".code")
+    dark = HtmlFormatter(style="github-dark").get_style_defs(".code")
+    return f"{light}\n@media (prefers-color-scheme: dark) {{\n{dark}\n}}"

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""Which ports there are, how each is spelled and run, and where its results lie.
+
+The facts come from the `port.toml` of every language folder; the standard library suffices to read them.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True)
+class Engine:
+    """One engine that can run a port; `tolerance` bounds its error in x1, x2 and theta_hat, by `tolerance_from`."""
+
+    name: str
+    proprietary: bool
+    program: str
+    version: tuple[str, ...]
+    command: tuple[str, ...]
+    install: str
+    tolerance: tuple[float, float, float]
+    tolerance_from: str
+    products: tuple[str, ...] = ()
+    startup: tuple[str, ...] = ()  # starts the engine and what the program imports, and no more: for make bench
+
+    def found(self, root: Path) -> bool:
+        """Whether its program is there: on the PATH, or at its path below `root`."""
+        return shutil.which(root / self.program if "/" in self.program else self.program) is not None
+
+
+@dataclass(frozen=True)
+class Port:
+    """One program: its facts, and the paths of its source and results."""
+
+    name: str
+    folder: Path
+    language: str
+    source: str
+    method: str
+    comment: tuple[str, str]
+    section: str
+    products: tuple[str, ...]
+    engines: tuple[Engine, ...]
+    target: str = ""  # what make builds in the build folder before the program can run
+    rows: int = 0  # how many times the contract logs; 0: the solver's own
+    names: str = "snake"  # or camel
+    constant: str = "{name} = {value}"  # how a constant is stated in the section Parameters
+    functions: tuple[tuple[str, str], ...] = (("sin", "sin({})"), ("cos", "cos({})"))
+    drawing: tuple[str, ...] = ()  # the lines that draw the figure, which a variant leaves out
+
+    @property
+    def source_path(self) -> Path:
+        return self.folder / self.source
+
+    @property
+    def build(self) -> Path:
+        return self.folder.parent / "build" / self.name
+
+    @property
+    def csv(self) -> Path:
+        return self.build / f"Chapter17_Lesson1_{self.name}.csv"
+
+    @property
+    def stdout(self) -> Path:
+        return self.build / "stdout.txt"
+
+    def source_hash(self) -> str:
+        """SHA-256 of the source in the tree."""
+        return hashlib.sha256(self.source_path.read_bytes()).hexdigest()
+
+    def csv_hash(self) -> str:
+        """SHA-256 of the CSV, "" where there is none."""
+        return hashlib.sha256(self.csv.read_bytes()).hexdigest() if self.csv.is_file() else ""
+
+    def run(self) -> dict[str, Any] | None:
+        """The record of the last run (`run.json`), or None where there is none."""
+        path = self.build / "run.json"
+        return json.loads(path.read_text()) if path.exists() else None
+
+    def ran_engine(self, run: dict[str, Any]) -> Engine:
+        """The engine that a record names."""
+        return next(engine for engine in self.engines if engine.name == run["engine"])
+
+
+def read_ports(root: Path = ROOT) -> dict[str, Port]:
+    """Every port of every `*/port.toml`, by name; raises ValueError where a fact lacks or is unknown."""
+    ports: dict[str, Port] = {}
+    for path in sorted(root.glob("*/port.toml")):
+        try:
+            ports |= {
+                name: _port(name, path.parent, **facts) for name, facts in tomllib.loads(path.read_text()).items()
+            }
+        except KeyError as error:
+            raise ValueError(f"{path}: found no {error}, expected the facts that conformance new-port writes") from None
+        except (TypeError, AttributeError, tomllib.TOMLDecodeError) as error:
+            reason = str(error).removeprefix("Port.__init__() ").removeprefix("Engine.__init__() ")
+            raise ValueError(f"{path}: {reason}; expected the facts that conformance new-port writes") from None
+    return ports
+
+
+def _port(name: str, folder: Path, **facts: Any) -> Port:
+    engines = tuple(_engine(**engine) for engine in facts.pop("engine"))
+    return Port(name, folder, engines=engines, **_frozen(facts))
+
+
+def _engine(**facts: Any) -> Engine:
+    by_state = facts.pop("tolerance")
+    return Engine(**_frozen(facts), tolerance=(by_state["x1"], by_state["x2"], by_state["theta_hat"]))
+
+
+def _frozen(facts: dict[str, Any]) -> dict[str, Any]:
+    """Lists as tuples, tables as tuples of pairs."""
+    pairs = {name: tuple(fact.items()) if isinstance(fact, dict) else fact for name, fact in facts.items()}
+    return {name: tuple(fact) if isinstance(fact, list) else fact for name, fact in pairs.items()}
+
+
+def selected_ports(names: Sequence[str] | None = None, root: Path = ROOT) -> dict[str, Port]:
+    """The ports of these names; of the environment variable PORTS where none are given; all where it is not set.
+
+    Raises ValueError for a name that is no port's.
+    """
+    ports = read_ports(root)
+    asked = os.environ.get("PORTS", " ".join(ports)).split() if names is None else names
+    unknown = [name for name in asked if name not in ports]
+    if unknown or not asked:
+        raise ValueError(f"PORTS: {' '.join(unknown) or 'empty'}; the ports are {' '.join(ports)}")
+    return {name: port for name, port in ports.items() if name in asked}

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""The programs as text: their sections, their tagged statements, and the lesson's steps that these mark."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from conformance.programs.ports import Port
+
+SECTIONS = ("Parameters", "Reference", "Controller", "Closed loop", "Integrate", "Write CSV", "Report")
+NOTEBOOK_SECTION = "(* ---- {} ---- *)"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One of the lesson's steps; it begins at a section's heading or, where `wording` is set, at that statement."""
+
+    key: str
+    title: str
+    section: str = ""
+    wording: str = ""
+    optional: bool = False
+
+
+STEPS = (
+    Step("notation", "Plant, task and notation"),
+    Step("parameters", "Parameters", "Parameters"),
+    Step("reference", "Reference", "Reference"),
+    Step("virtual-control", "Virtual control", "Controller"),
+    Step("tuning-function", "Tuning function", wording="(5) distance from the virtual control"),
+    Step("update-law", "Update law", wording="(7) update law"),
+    Step("control", "Control", wording="(7) known part of alpha1'"),
+    Step("plant", "Plant", "Closed loop"),
+    Step("integration", "Integration", "Integrate"),
+    Step("csv", "CSV", "Write CSV"),
+    Step("report", "Report", "Report"),
+    Step("figures", "Figures", "Figures", optional=True),
+)
+
+
+def source(port: Port) -> str:
+    """The file as it stands."""
+    return port.source_path.read_text(encoding="utf-8")
+
+
+def sections(port: Port) -> list[str]:
+    """The titles of the sections, in order."""
+    pattern = re.escape(port.section).replace(re.escape("{}"), "([A-Z][A-Za-z ]+)")
+    return re.findall(f"^ *{pattern},?$", source(port), flags=re.MULTILINE)
+
+
+def snake(text: str) -> str:
+    """The text with thetaHat spelled theta_hat."""
+    return re.sub(r"(?<=[a-z0-9])([A-Z])", lambda m: "_" + m[1].lower(), text)
+
+
+def statement(text: str) -> str:
+    """A tagged statement without what is the language's own."""
+    text = re.sub(r"\b(constexpr|const|static|final|double|return)\b", "", text)
+    text = re.sub(r"\b(np\.|std::|Math\.|control\.)", "", text)
+    text = re.sub(r"\b(Sin|Cos)\[([^]]*)\]", lambda m: f"{m[1].lower()}({m[2]})", text)
+    text = re.sub(r'^ *Cell\["', "", text)
+    return snake(" ".join(text.strip(" ;'").split()))
+
+
+def statements(text: str, comment: tuple[str, str]) -> list[tuple[str, str, str]]:
+    """(tag, wording, statement) of every tagged line of a program's text, in order."""
+    leader, end = (re.escape(part.strip()) for part in comment)
+    pattern = rf"^(.*?) *{leader} *(\(\d+\)) (.*?){' *' + end if end else ''}$"
+    found = re.findall(pattern, text, flags=re.MULTILINE)
+    unquoted = [(text, tag, wording.removesuffix("'").replace("''", "'") if text.lstrip()[:1] == "'" else wording)
+                for text, tag, wording in found if text.strip(" %")]  # fmt: skip
+    return [(tag, snake(wording), statement(text)) for text, tag, wording in unquoted]
+
+
+def code(port: Port) -> str:
+    """The program as code: the source itself; of a notebook the text of its cells, what is not input as comments."""
+    text = source(port)
+    if port.source_path.suffix != ".nb":
+        return text
+    cells = re.findall(r'Cell\["((?:[^"\\]|\\.)*)", "(\w+)"\]', text)
+    return "\n\n".join(_cell(re.sub(r'\\(["\\])', r"\1", content), style) for content, style in cells) + "\n"
+
+
+def _cell(content: str, style: str) -> str:
+    if style == "Input":
+        return content
+    return NOTEBOOK_SECTION.format(content) if style == "Section" else f"(* {content} *)"
+
+
+def cut(port: Port) -> Mapping[str, str]:
+    """The code of each step, by the step's key; joined, they are the whole of `code`.
+
+    Raises ValueError where a step is missing, stands twice, or stands before the one it follows.
+    """
+    lines = code(port).splitlines(keepends=True)
+    heading = NOTEBOOK_SECTION if port.source_path.suffix == ".nb" else port.section
+    begins = {STEPS[0].key: 0}
+    for step in STEPS[1:]:
+        mark = step.wording or heading.format(step.section)
+        found = [i for i, line in enumerate(lines) if (mark in line if step.wording else mark == line.strip())]
+        if len(found) == 1 and found[0] > max(begins.values()):
+            begins[step.key] = found[0]
+        elif found or not step.optional:
+            raise ValueError(f"{port.source}: found {mark!r} in lines {found}, expected it once, after the step before")
+    ends = [*list(begins.values())[1:], len(lines)]
+    return {key: "".join(lines[i:j]) for (key, i), j in zip(begins.items(), ends, strict=True)}

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: MIT
+"""The table of programs: what ran, on which engine, and what came out."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from conformance.programs.ports import Port
+
+HEAD = ("port", "engine and version", "rows", "final tracking error", "final estimate", "seconds")
+
+
+def table(ports: Iterable[Port]) -> str:
+    """One line per port, from run.json and the CSV's last row; a port that did not run says so."""
+    return layout([HEAD, *map(row, ports)])
+
+
+def row(port: Port) -> tuple[str, ...]:
+    """The table's cells for one port."""
+    run = port.run()
+    if run is None:
+        return (port.name, "did not run", "", "", "", "")
+    engine, seconds = engine_and_version(run), f"{run['seconds']:.2f}"
+    if run["exit_status"] != 0:
+        return (port.name, engine, "", f"failed, status {run['exit_status']}", "", seconds)
+    try:
+        lines = port.csv.read_text().splitlines()
+        _, _, _, theta_hat, _, error = map(float, lines[-1].split(","))
+    except (OSError, ValueError, IndexError):
+        return (port.name, engine, "", "no CSV, or not whole", "", seconds)
+    return (port.name, engine, str(len(lines) - 1), f"{error:.3e}", f"{theta_hat:.10f}", seconds)
+
+
+def engine_and_version(run: dict[str, Any]) -> str:
+    """The engine of a record and its version, named once."""
+    name, version = run["engine"], run["engine_version"]
+    return version if version.lower().startswith(name.lower()) else f"{name}: {version}"
+
+
+def layout(rows: list[tuple[str, ...]]) -> str:
+    """Columns as wide as their widest cell."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)).rstrip() for cells in rows
+    )

@@ -1,0 +1,306 @@
+# SPDX-License-Identifier: MIT
+"""The page in a browser: it opens without a request, reads well by eye and by machine, and its playground conforms.
+
+Needs Chromium; build/report/ keeps pictures of the page: wide and light, narrow and dark.
+"""
+
+import contextlib
+import json
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
+
+from conformance.judging.verdict import judge_all, judge_file
+from conformance.pages.report import chromium
+from conformance.pages.report.page import write_page
+from conformance.pages.report.playground import mistakes
+from conformance.programs.ports import read_ports
+from conformance.programs.sources import cut
+from conformance.tests.under_test import PORTS
+from conformance.theory.scenario import LESSON, SCENARIOS
+from conformance.trials.variant import read_variants
+
+CHROMIUM = chromium()
+PATIENCE = 6  # attempts at what takes longer on a busy machine
+ALL_AT_ONCE = ".step { content-visibility: visible !important } .inspector { position: static !important }"
+WIDE_LIGHT, NARROW_DARK = (1900, 1000, "light"), (360, 740, "dark")  # width, height, colours
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium")
+
+
+@dataclass
+class Opened:
+    """A page in the browser, and what it complained of or asked for."""
+
+    page: Page
+    complaints: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        yield playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+
+
+def open_page(browser: Browser, path: Path, screen: tuple[int, int, str] = WIDE_LIGHT) -> Opened:
+    width, height, scheme = screen
+    context = browser.new_context(
+        viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
+    )
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    opened = Opened(context.new_page())
+    opened.page.on("console", lambda message: opened.complaints.append(message.text))
+    opened.page.on("pageerror", lambda error: opened.complaints.append(str(error)))
+    opened.page.on("request", lambda request: opened.requests.append(request.url))
+    opened.page.goto(path.as_uri())
+    return opened
+
+
+def show_charts(charts: Locator) -> None:
+    """Bring each chart into view, where it is drawn; what is drawn above it may push it out of view again."""
+    assert charts.count()
+    for chart in charts.all():
+        for _ in range(PATIENCE):
+            chart.scroll_into_view_if_needed()
+            with contextlib.suppress(AssertionError):
+                expect(chart.locator("canvas")).to_have_count(1, timeout=2000)
+                break
+        expect(chart.locator("canvas")).to_have_count(1)
+
+
+def show_all(page: Page) -> None:
+    """Show every chart but those of the exercises."""
+    show_charts(page.locator("#trajectories .chart, #playground .chart"))
+    page.evaluate("scrollTo(0, 0)")
+
+
+def drawn(page: Page) -> None:
+    """Wait until what has been changed is drawn."""
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Browser, report: Path) -> Opened:
+    opened = open_page(browser, report)
+    show_all(opened.page)
+    return opened
+
+
+@pytest.fixture
+def page(opened: Opened) -> Page:
+    return opened.page
+
+
+def picture(page: Page, signal: str, where: str = "#trajectories") -> str:
+    """What is drawn on a chart, as text."""
+    canvas = f"{where} [data-signal={signal}] canvas"
+    return str(page.evaluate("(canvas) => document.querySelector(canvas).toDataURL()", canvas))
+
+
+# ---- Every screen ----
+
+
+def test_page_opens_without_a_complaint_and_without_a_request(opened: Opened, report: Path) -> None:
+    assert opened.complaints == []
+    assert [url for url in opened.requests if not url.startswith("data:")] == [report.as_uri()]
+
+
+def test_request_would_be_blocked_and_seen(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report)
+    with other.page.expect_console_message(lambda message: "Content Security Policy" in message.text):
+        other.page.evaluate(
+            "document.body.append(Object.assign(new Image(), { src: 'https://example.invalid/x.png' }))"
+        )
+    assert len(other.complaints) == 1
+    other.page.context.close()
+
+
+def check_screen(page: Page, picture: Path) -> None:
+    """It fits the screen, and is accessible; and a picture of it."""
+    style = page.add_style_tag(content=ALL_AT_ONCE)
+    page.screenshot(path=picture, type="jpeg", quality=80, full_page=True)  # a PNG file takes twice as long
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    listings = {"exclude": [[".code"]]}  # for their contrast see test_page
+    found = Axe().run(page, context=listings, options={"resultTypes": ["violations"]})
+    assert found.violations_count == 0, found.generate_report()
+    style.evaluate("(style) => style.remove()")
+
+
+def test_page_is_accessible_and_fits_a_wide_light_screen(page: Page, report: Path) -> None:
+    check_screen(page, report.with_name("wide-light.jpeg"))
+
+
+def test_page_is_accessible_and_fits_a_narrow_dark_screen(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, NARROW_DARK)
+    show_all(other.page)
+    check_screen(other.page, report.with_name("narrow-dark.jpeg"))
+    other.page.context.close()
+
+
+def test_inaccessible_page_would_be_refused(browser: Browser) -> None:
+    bare = browser.new_page()
+    bare.set_content("<img src='data:,'><button></button>")
+    assert Axe().run(bare).violations_count > 0
+    bare.close()
+
+
+# ---- Verdict ----
+
+
+def test_figure_of_a_check_shows_at_the_pointer_and_at_the_focus(page: Page) -> None:
+    cells, inspector = page.locator("#verdict .cell"), page.locator("#verdict .inspector")
+    cells.nth(1).hover()
+    assert inspector.inner_text() == cells.nth(1).get_attribute("data-words")
+    cells.nth(0).focus()
+    page.keyboard.press("ArrowDown")
+    below = page.evaluate("document.activeElement.dataset.words")
+    assert below == cells.nth(len(PORTS)).get_attribute("data-words") == inspector.inner_text()
+
+
+def test_refused_and_missing_programs_say_why(browser: Browser, tmp_path: Path) -> None:
+    names = [*read_ports()][:2]  # the first has run, the second has not
+    for name in names:
+        shutil.copytree(read_ports()[name].folder, tmp_path / read_ports()[name].folder.name, dirs_exist_ok=True)
+    shutil.copytree(read_ports()[names[0]].build, tmp_path / "build" / names[0])
+    ports = {name: port for name, port in read_ports(tmp_path).items() if name in names}
+    refused, missing = ports.values()
+    lines = refused.csv.read_text().splitlines()
+    rows = [line.split(",") for line in lines[1:]]
+    wrong = [",".join([t, x1, str(float(x2) + 1e-3), *rest]) for t, x1, x2, *rest in rows]
+    refused.csv.write_text("\n".join([lines[0], *wrong]) + "\n")
+    record = refused.build / "run.json"
+    record.write_text(json.dumps({**(refused.run() or {}), "csv_sha256": refused.csv_hash()}))
+    write_page(tmp_path / "index.html", ports, judge_all(ports, LESSON))
+    other = open_page(browser, tmp_path / "index.html")
+    show_all(other.page)
+    for port, reason in ((refused, "x2-equals-the-exact-solution (10) FAILS"), (missing, f"type: make {missing.name}")):
+        card = other.page.locator(f"#verdict-{port.name}")
+        assert not card.get_by_text(reason).is_visible()
+        card.get_by_text("Why was it refused?").click()
+        assert card.get_by_text(reason).is_visible()
+    assert other.page.locator(f"#trajectories [data-port={missing.name}]").is_disabled()
+    assert other.page.locator("#verdict .cell.fail").count() > 0
+    assert other.complaints == []
+    other.page.context.close()
+
+
+# ---- Trajectories ----
+
+
+def test_programs_are_switched_on_and_off(page: Page) -> None:
+    before = picture(page, "error_x2")
+    button = page.locator(f"#trajectories [data-port={next(iter(PORTS))}]")
+    button.press("Space")
+    assert button.get_attribute("aria-pressed") == "false" and picture(page, "error_x2") != before
+    button.click()
+    drawn(page)
+    assert picture(page, "error_x2") == before
+
+
+def test_time_is_zoomed_in_all_charts(page: Page) -> None:
+    before = picture(page, "x2"), picture(page, "V")
+    page.locator("#to").fill("3")
+    page.locator("#to").press("Enter")
+    drawn(page)
+    assert all(old != new for old, new in zip(before, (picture(page, "x2"), picture(page, "V")), strict=True))
+    page.locator("#whole").click()
+    drawn(page)
+    assert (picture(page, "x2"), picture(page, "V")) == before
+
+
+def test_dragging_across_a_chart_zooms(page: Page) -> None:
+    chart = page.locator("#trajectories [data-signal=x1] .u-over")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    assert box
+    page.mouse.move(box["x"] + box["width"] / 4, box["y"] + 20)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 20, steps=3)
+    page.mouse.up()
+    horizon = float(SCENARIOS["lesson"].horizon)
+    ends = [float(page.locator(end).input_value()) for end in ("#from", "#to")]
+    assert ends == pytest.approx([horizon / 4, horizon / 2], rel=0.05)
+    page.locator("#whole").click()
+
+
+# ---- Code ----
+
+
+def test_steps_line_up_across_the_columns(page: Page) -> None:
+    rows = page.evaluate(
+        """() => [...document.querySelectorAll('.step')].map((step) =>
+          [...step.querySelectorAll('.column:not([hidden]) h4')].map((head) => head.offsetTop))"""
+    )
+    assert rows and all(len(row) == len(PORTS) and len(set(row)) == 1 for row in rows)
+
+
+@pytest.mark.skipif(not {"java", "matlab"} <= PORTS.keys(), reason="PORTS leaves out java or matlab")
+def test_two_clicks_set_java_beside_matlab(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, (1300, 900, "light"))
+    other.page.locator("[data-code=matlab]").click()
+    other.page.get_by_role("link", name="Tuning function").first.click()
+    drawn(other.page)
+    columns = [other.page.locator(f"[data-port={port}][data-step=tuning-function]") for port in ("java", "matlab")]
+    boxes = [column.bounding_box() for column in columns]
+    assert all(boxes) and boxes[0]["y"] == boxes[1]["y"] and 0 < boxes[0]["y"] < 900  # type: ignore[index]
+    assert all("tau2 = x1 * z1" in column.inner_text() for column in columns)
+    other.page.context.close()
+
+
+def test_copy_gives_the_code_as_it_stands(page: Page) -> None:
+    port = next(iter(PORTS.values()))
+    page.locator(f".column[data-port={port.name}][data-step=tuning-function] .copy").click()
+    drawn(page)
+    assert page.evaluate("navigator.clipboard.readText()") == cut(port)["tuning-function"]
+
+
+# ---- Exercises ----
+
+
+def test_exercise_opens_with_its_curves_and_its_diffs(page: Page) -> None:
+    name = next(iter(read_variants()))
+    details = page.locator(f"#exercise-{name}")
+    details.locator("summary").click()
+    assert details.locator(".diff").first.is_visible()
+    show_charts(details.locator(".chart"))
+
+
+# ---- Playground ----
+
+
+def write_csv(page: Page, program: str, preset: str, path: Path) -> Path:
+    page.locator(f"input[name=program][value={program}]").check()
+    page.locator("[data-preset]").get_by_text(preset.replace("-", " "), exact=True).click()
+    path.write_text(page.evaluate("playgroundCsv()"))
+    return path
+
+
+@pytest.mark.parametrize("preset", ["lesson", "no-excitation"])
+def test_playground_passes_every_check(page: Page, preset: str, tmp_path: Path) -> None:
+    verdict = judge_file(write_csv(page, "lesson", preset, tmp_path / "playground.csv"), SCENARIOS[preset])
+    assert verdict.conforms, verdict.reason
+
+
+@pytest.mark.parametrize("program", mistakes(read_variants().values()))
+def test_mistake_in_the_playground_is_refused(page: Page, program: str, tmp_path: Path) -> None:
+    verdict = judge_file(write_csv(page, program, "lesson", tmp_path / "playground.csv"), SCENARIOS["lesson"])
+    assert not verdict.conforms
+
+
+def test_sliders_move_the_curves(page: Page) -> None:
+    page.locator("input[name=program][value=lesson]").check()
+    before = {signal: picture(page, signal, "#playground") for signal in ("z1", "theta_hat", "V")}
+    page.locator("input[name=k1]").press("ArrowRight")
+    drawn(page)
+    assert all(picture(page, signal, "#playground") != drawn for signal, drawn in before.items())
+
+
+def test_blow_up_is_told(page: Page, tmp_path: Path) -> None:
+    write_csv(page, "sine-of-x2", "lesson", tmp_path / "playground.csv")
+    assert "The integration fails after 0." in page.locator("#playground .outcome").inner_text()

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: MIT
+"""The page holds what the results say, in one file, whatever became of the programs."""
+
+import re
+from dataclasses import replace
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from sympy.parsing.sympy_parser import implicit_multiplication, parse_expr, standard_transformations
+
+from conformance.judging.checks import Result
+from conformance.judging.trajectory import COLUMNS
+from conformance.pages.report.curves import GRID, curves
+from conformance.pages.report.equations import EQUATIONS
+from conformance.pages.report.listing import highlighted, highlighting
+from conformance.pages.report.page import HERE, cell, outcome, raw
+from conformance.pages.report.playground import PROGRAM, mistakes, program_text
+from conformance.programs.ports import read_ports
+from conformance.programs.sources import STEPS, cut, source, statements
+from conformance.tests.under_test import PORTS, trajectory_of
+from conformance.theory.scenario import LESSON
+from conformance.trials.variant import read_variants
+from conformance.truth.exact import exact
+
+LARGEST = 3_000_000  # bytes
+
+VARIANTS = read_variants()
+FIRST = next(iter(read_ports().values()))
+
+
+@pytest.fixture(scope="module")
+def html(report: Path) -> str:
+    return report.read_text()
+
+
+def test_page_is_small(html: str) -> None:
+    assert len(html.encode()) <= LARGEST
+
+
+def test_page_names_nothing_outside_of_itself(html: str) -> None:
+    addresses = re.findall(r'(?:src|href|action|data)="([^"]*)"', html)
+    assert len(addresses) > len(STEPS)
+    assert [address for address in addresses if not address.startswith(("#", "data:"))] == []
+
+
+def test_every_link_leads_somewhere(html: str) -> None:
+    assert set(re.findall(r'href="#([^"]+)"', html)) <= set(re.findall(r'id="([^"]+)"', html))
+
+
+def test_every_program_shows_every_step(html: str) -> None:
+    columns = re.findall(r'class="column" data-port="(\w+)" data-step="([\w-]+)"', html)
+    assert columns == [(port, step.key) for step in STEPS for port in PORTS]
+
+
+def test_text_that_ends_an_element_is_refused(tmp_path: Path) -> None:
+    from jinja2 import Environment, FileSystemLoader
+
+    (tmp_path / "a.js").write_text("const text = '</script>';")
+    with pytest.raises(ValueError, match="found the end of its own element"):
+        raw(Environment(loader=FileSystemLoader(tmp_path)))("a.js")
+
+
+@pytest.mark.parametrize(
+    ("figure", "status", "weight"), [(0.0, "pass", 0), (1e-9, "pass", 0.5), (1e-6, "pass", 1), (2e-6, "fail", 1)]
+)
+def test_cell_is_the_darker_the_nearer_to_its_bound(figure: float, status: str, weight: float) -> None:
+    found = cell(Result("claim", "(10)", figure, 1e-6, "x1 at t = 1", "tolerance"))
+    assert (found.status, found.weight) == (status, weight)
+
+
+def test_thinned_errors_keep_the_largest() -> None:
+    trajectory = trajectory_of(next(iter(PORTS.values())))
+    x1 = trajectory.x1.copy()
+    x1[x1.size // 3] += 1e-3  # one row, between two points of the grid
+    drawn = curves(exact(LESSON), replace(trajectory, x1=x1))
+    assert drawn["error_x1"].size == GRID.size and np.nanmax(drawn["error_x1"]) == pytest.approx(1e-3, rel=1e-5)
+
+
+def test_rows_that_are_missing_leave_a_gap() -> None:
+    trajectory = trajectory_of(next(iter(PORTS.values())))
+    early = trajectory.t < 10
+    cut_off = replace(trajectory, **{name: getattr(trajectory, name)[early] for name in COLUMNS})
+    assert np.isnan(curves(exact(LESSON), cut_off)["error_x1"][GRID > 0.51]).all()
+
+
+# ---- Code ----
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of #rrggbb or #rgb (WCAG 2)."""
+    digits = colour if len(colour) == 7 else "#" + "".join(2 * digit for digit in colour[1:])
+    shares = [int(digits[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: str, other: str) -> float:
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_contrast_is_that_of_the_standard() -> None:
+    assert contrast("#fff", "#000000") == pytest.approx(21) and contrast("#777", "#fff") < 4.5 < contrast(
+        "#767676", "#fff"
+    )
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_colours_of_the_code_stand_out(scheme: str, html: str) -> None:
+    """On the background of the code, which axe is not asked about for want of time."""
+    css = (HERE / "static" / "style.css").read_text()
+    light, dark = re.findall(r"--raised: (#\w+);", css)
+    background = {"light": light, "dark": dark}[scheme]
+    first, _, second = highlighting().partition("@media")
+    used = set(re.findall(r'<span class="(\w+)">', html))
+    colours = dict(re.findall(r"\.code \.(\w+) \{[^}]*(?<!-)color: (#\w+)", {"light": first, "dark": second}[scheme]))
+    assert len(used & colours.keys()) > 5
+    assert {
+        kind: colour for kind, colour in colours.items() if kind in used and contrast(colour, background) < 4.5
+    } == {}
+
+
+def test_port_in_an_unknown_language_shows_its_code(tmp_path: Path) -> None:
+    (tmp_path / "program.unknown").write_text(source(FIRST))
+    steps = highlighted(replace(FIRST, folder=tmp_path, source="program.unknown"))
+    assert [unescape(re.sub("<[^>]*>", "", html)) for html in steps.values()] == [*cut(FIRST).values()]
+
+
+def test_port_without_the_steps_shows_none(tmp_path: Path) -> None:
+    (tmp_path / FIRST.source).write_text("nothing\n")
+    assert highlighted(replace(FIRST, folder=tmp_path)) == {}
+
+
+# ---- Equations ----
+
+SPELLED = {  # in an equation: in a program
+    r"\frac{\partial\alpha_1}{\partial x_1}": "alpha1_x1",
+    r"\dot\alpha_1^{\text{known}}": "alpha1_dot_known",
+    r"\dot{\hat\theta}": "theta_hat_dot",
+    r"\hat\theta": "theta_hat",
+    r"\ddot r": "r_ddot",
+    r"\dot r": "r_dot",
+    r"\dot x_1": "x1_dot",
+    r"\dot x_2": "x2_dot",
+    r"\sin\omega t": "sin(omega*t)",
+    r"\cos\omega t": "cos(omega*t)",
+}
+
+
+def from_latex(latex: str) -> list[sp.Eq]:
+    """The equations of a line."""
+    for symbol, name in SPELLED.items():
+        latex = latex.replace(symbol, f" {name} ")
+    text = re.sub(r"\\(alpha|tau|gamma|theta|omega)", r" \1", latex).replace("A ", "amplitude ").replace("^", "**")
+    text = re.sub(r"\b([a-z]+)_(\d)\b", r"\1\2", text)
+    return [equation(*part.split("=")) for part in text.split(r", \quad ")]
+
+
+def equation(left: str, right: str) -> sp.Eq:
+    names = {name: sp.Symbol(name) for name in re.findall(r"[a-z]\w*", left + right) if name not in ("sin", "cos")}
+    return sp.Eq(
+        *(parse_expr(side, names, (*standard_transformations, implicit_multiplication)) for side in (left, right))
+    )
+
+
+@pytest.mark.parametrize("key", ["reference", "virtual-control", "tuning-function", "update-law", "control", "plant"])
+def test_equations_of_a_step_are_its_statements(key: str) -> None:
+    wanted = [equation(*text.split("=")) for _, _, text in statements(cut(FIRST)[key], FIRST.comment)]
+    shown = [found for latex in EQUATIONS[key] for found in from_latex(latex)]
+    assert wanted and [e.lhs for e in shown] == [e.lhs for e in wanted]
+    assert all(sp.expand(a.rhs - b.rhs) == 0 for a, b in zip(shown, wanted, strict=True))
+
+
+# ---- Exercises ----
+
+
+@pytest.mark.parametrize(
+    ("refusals", "status", "expected"),
+    [(["x1-is"], "fail", "pass"), (["other"], "fail", "fail"), ([], "pass", "fail")],
+)
+def test_mistake_must_be_refused_by_its_check(refusals: list[str], status: str, expected: str) -> None:
+    mistake = replace(next(v for v in VARIANTS.values() if v.refused_by), refused_by="x1-is")
+    assert outcome(mistake, {"refusals": refusals, "status": status}).status == expected
+
+
+def test_every_exercise_is_on_the_page_in_every_program_that_has_it(html: str) -> None:
+    for variant in VARIANTS.values():
+        part = html.partition(f'id="exercise-{variant.name}"')[2].partition("</details>")[0]
+        assert part.count('class="code diff"') == sum(variant.has(port) for port in PORTS.values()) > 0, variant.name
+
+
+# ---- The playground's program ----
+
+
+def test_playgrounds_statements_are_the_programs() -> None:
+    parameters = 10
+    assert statements(source(PROGRAM), PROGRAM.comment) == statements(source(FIRST), FIRST.comment)[parameters:]
+
+
+def test_playground_has_the_mistakes_of_the_controller() -> None:
+    found = mistakes(VARIANTS.values())
+    assert {"no-estimate-rate", "theta-in-the-control", "sign-in-tau2"} <= found.keys()
+    assert len({program_text(), *map(program_text, found.values())}) == 1 + len(found)

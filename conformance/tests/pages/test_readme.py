@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""The README's table and picture are those of the results."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conformance.judging.checks import Result
+from conformance.judging.verdict import Verdict, judge_all
+from conformance.pages.readme import (
+    BEGIN,
+    DRAWN_BY,
+    END,
+    PICTURE,
+    README,
+    between_marks,
+    figure,
+    outdated,
+    rounded_up,
+    table,
+    with_table,
+)
+from conformance.tests.under_test import PORTS
+from conformance.theory.scenario import LESSON
+
+SAME = 0.005  # mean difference of two pictures, of 1, that another rendering of the same text may make
+
+
+def difference(one: Path | str, other: Path | str) -> float:
+    """The mean difference of two pictures' points, 1 where they have not the same size."""
+    from matplotlib.image import imread
+
+    a, b = (imread(path)[..., :3] for path in (one, other))
+    return float(np.abs(a - b).mean()) if a.shape == b.shape else 1.0
+
+
+def test_table_is_up_to_date() -> None:
+    verdicts = judge_all(PORTS, LESSON).verdicts
+    left_out = {verdict.name for verdict in verdicts if verdict.status == "left out"}
+    found = outdated(between_marks(README.read_text()), table(verdicts))
+    assert [row for row in found if row.split()[1] not in left_out] == [], "type: make readme"
+
+
+@pytest.mark.skipif(DRAWN_BY not in PORTS, reason=f"PORTS leaves out {DRAWN_BY}")
+def test_picture_is_up_to_date() -> None:
+    assert difference(PICTURE, figure(PORTS)) < SAME, "type: make readme"
+
+
+def test_another_picture_is_refused(tmp_path: Path) -> None:
+    from matplotlib.image import imread, imsave
+
+    shifted = np.roll(imread(PICTURE), 3, axis=0)
+    imsave(tmp_path / "shifted.png", shifted)
+    assert difference(PICTURE, tmp_path / "shifted.png") > SAME
+
+
+@pytest.mark.parametrize(
+    ("now", "count"),
+    [
+        ("| a | e1 | pass | 1e-09 |", 0),
+        ("| a | e2 | pass | 2e-09 |", 0),
+        ("| a | e1 | pass | 2e-09 |", 1),
+        ("| a | e1 | fail | 1e-09 |", 1),
+        ("| b | e1 | pass | 1e-09 |", 1),
+    ],
+)
+def test_row_that_is_no_longer_so_is_told(now: str, count: int) -> None:
+    head = "| port | engine |\n"
+    assert len(outdated(head + "| a | e1 | pass | 1e-09 |\n", head + now + "\n")) == count
+
+
+def test_table_replaces_the_one_before_and_nothing_else() -> None:
+    once = with_table(f"a\n\n{BEGIN}\n{END}\nb\n", "\ntable\n")
+    assert once == with_table(once, "\ntable\n") == f"a\n\n{BEGIN}\ntable\n{END}\nb\n"
+
+
+@pytest.mark.parametrize("text", ["", BEGIN, END + BEGIN, BEGIN + BEGIN + END])
+def test_readme_without_its_marks_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="expected the marks"):
+        between_marks(text)
+
+
+@pytest.mark.parametrize(("figure", "text"), [(3.01e-9, "4e-9"), (3e-9, "3e-9"), (9.5e-10, "1e-9")])
+def test_errors_are_rounded_up(figure: float, text: str) -> None:
+    assert rounded_up(Result("claim", "(10)", figure, 1e-6, "", "")) == text
+
+
+def test_port_that_did_not_run_has_empty_cells() -> None:
+    assert table([Verdict("cpp", "missing")]).splitlines()[-1] == "| cpp |  | missing |  |  |  |"

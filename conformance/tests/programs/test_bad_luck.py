@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""A program that cannot finish says so in one line, ends with a non-zero status, and leaves no CSV that looks whole."""
+
+import shutil
+import subprocess
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from conformance.judging.trajectory import load
+from conformance.judging.verdict import report_problems
+from conformance.programs.ports import ROOT, Port, read_ports
+from conformance.programs.run import choose_engine, in_place
+from conformance.tests.under_test import PORTS, record
+from conformance.theory.scenario import LESSON
+from conformance.trials.edits import constant_edit, edited, in_scenario
+from conformance.trials.variant import Job, copy_what_runs, in_tree, job, run_all, runnable
+
+BUILD = ROOT / "build" / "bad-luck"  # kept as the variants are
+SHORT = replace(LESSON, horizon=Fraction("0.1"))
+BLOW_UPS = {"x1_start": "1" + 200 * "0" + ".0", "x2_start": "1" + 300 * "0" + ".0"}
+ENGINE_REMARK = "error: ignoring const execution_exception& while preparing to exit\n"  # GNU Octave 7.3, at every end
+
+
+def short_job(port: Port) -> Job:
+    """The program over 0.1 s instead of 20 s."""
+    return job(BUILD / "short", port, in_scenario(port, SHORT))
+
+
+def blow_up_job(port: Port, constant: str) -> Job:
+    """The short program from a start whose square is beyond the doubles."""
+    text = in_scenario(port, SHORT)
+    edit = constant_edit(port, text, constant, BLOW_UPS[constant])
+    return job(BUILD / constant, port, edited(text, [edit]))
+
+
+@pytest.fixture(scope="module")
+def have_run() -> None:
+    ports = runnable(PORTS.values())
+    jobs = [*map(short_job, ports), *(blow_up_job(port, constant) for port in ports for constant in BLOW_UPS)]
+    run_all(jobs, copy_what_runs)
+
+
+@pytest.fixture
+def short_program(have_run: None, port: Port, tmp_path: Path) -> Port:
+    """The short program in a copy of its tree, compiled, and not run."""
+    record(port)
+    root = Path(shutil.copytree(short_job(port).tree, tmp_path / "a copy", symlinks=True))
+    program = read_ports(root)[port.name]
+    assert program.csv.is_file(), program.build
+    for path in program.build.glob(f"{program.csv.name}*"):
+        path.unlink()
+    return program
+
+
+def start(port: Port) -> subprocess.CompletedProcess[str]:
+    """Run a copied program bare, in its build folder."""
+    command = in_place(choose_engine(port).command)
+    return subprocess.run(command, cwd=port.build, capture_output=True, text=True, timeout=120)
+
+
+def assert_refused(port: Port, status: int, stderr: str, reason: str) -> None:
+    assert status != 0, f"{port.name} ended with status 0"
+    message = stderr.replace(ENGINE_REMARK, "")
+    assert reason in message and len(message.strip().splitlines()) == 1, f"{port.name} said: {message}"
+    assert not port.csv.is_file()
+
+
+def test_csv_name_that_is_a_folder(short_program: Port) -> None:
+    (short_program.csv / "in the way").mkdir(parents=True)
+    answer = start(short_program)
+    assert_refused(short_program, answer.returncode, answer.stderr, "Chapter17_Lesson1")
+
+
+def test_full_disk(short_program: Port) -> None:
+    Path(f"{short_program.csv}.part").symlink_to("/dev/full")
+    answer = start(short_program)
+    assert_refused(short_program, answer.returncode, answer.stderr, "")
+
+
+@pytest.mark.parametrize("constant", BLOW_UPS)
+def test_integration_that_blows_up(have_run: None, port: Port, constant: str) -> None:
+    record(port)
+    ran = in_tree(port, blow_up_job(port, constant).tree)
+    run = ran.run()
+    assert run is not None, f"{port.name} did not run"
+    assert_refused(ran, run["exit_status"], (ran.build / "stderr.txt").read_text(), "integration failed")
+
+
+def test_short_program_ends_well_and_replaces_an_old_csv(short_program: Port) -> None:
+    short_program.csv.write_text("of an earlier run\n")
+    answer = start(short_program)
+    assert answer.returncode == 0, answer.stderr
+    assert not list(short_program.build.glob("*.part"))
+    trajectory = load(short_program.csv, 0.1)  # in the transient, where every row differs from the one before it
+    assert report_problems(answer.stdout, trajectory, LESSON, short_program.csv.name) == []

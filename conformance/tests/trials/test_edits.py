@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: MIT
+"""An edit finds its text exactly once; constants, names and functions are changed as each port spells them."""
+
+from fractions import Fraction
+
+import pytest
+
+from conformance.programs.ports import Port, read_ports
+from conformance.theory.scenario import LESSON, NUMBERS, SCENARIOS, Scenario
+from conformance.trials.edits import Edit, constant_edit, constant_value, decimal, edited, scenario_edits, spelled
+
+PORTS = read_ports()
+every_port = pytest.mark.parametrize("any_port", PORTS.values(), ids=PORTS)
+OTHER = Scenario(**{name: Fraction(n + 3, 4) for n, name in enumerate(NUMBERS)}, wave="cos")
+
+
+def source(port: Port) -> str:
+    return port.source_path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("text", "count"), [("y = 1", 0), ("x = 1; x = 1", 2)])
+def test_a_text_that_is_not_found_once_is_refused(text: str, count: int) -> None:
+    with pytest.raises(ValueError, match=f"found 'x = 1' {count} times, expected once"):
+        edited(text, [Edit("x = 1", "x = 2")])
+
+
+def test_edits_come_one_after_another() -> None:
+    assert edited("a b", [Edit("a", "c"), Edit("c b", "d")]) == "d"
+
+
+@every_port
+def test_every_constant_of_a_scenario_can_be_set_in_every_port(any_port: Port) -> None:
+    text = edited(source(any_port), scenario_edits(any_port, source(any_port), OTHER))
+    for name in NUMBERS:
+        if name != "phase":
+            constant = "t_final" if name == "horizon" else name
+            assert Fraction(constant_value(any_port, text, constant) or 0) == getattr(OTHER, name), name
+
+
+@every_port
+def test_the_lessons_own_scenario_edits_nothing(any_port: Port) -> None:
+    assert scenario_edits(any_port, source(any_port), LESSON) == []
+
+
+@every_port
+def test_problem_6_changes_the_reference_and_both_derivatives(any_port: Port) -> None:
+    text = edited(source(any_port), scenario_edits(any_port, source(any_port), SCENARIOS["problem-6"]))
+    for statement in (
+        "r = amplitude * cos(omega * t)",
+        "r_dot = -amplitude * omega * sin(omega * t)",
+        "r_ddot = -amplitude * omega * omega * cos(omega * t)",
+    ):
+        assert text.count(spelled(any_port, statement)) == 1
+
+
+@every_port
+def test_a_constant_that_is_not_there_is_refused(any_port: Port) -> None:
+    with pytest.raises(ValueError, match="no constant 'k3'"):
+        constant_edit(any_port, source(any_port), "k3", "1")
+
+
+def test_names_and_functions_are_spelled_as_the_port_spells_them() -> None:
+    wanted = {
+        "python": "alpha1_x1 + np.sin(x_dot)",
+        "cpp": "alpha1_x1 + std::sin(x_dot)",
+        "java": "alpha1X1 + Math.sin(xDot)",
+        "matlab": "alpha1_x1 + sin(x_dot)",
+        "simulink": "alpha1_x1 + sin(x_dot)",
+        "mathematica": "alpha1X1 + Sin[xDot]",
+    }
+    assert {name: spelled(PORTS[name], "alpha1_x1 + sin(x_dot)") for name in wanted} == wanted
+
+
+@pytest.mark.parametrize("value", ["20", "-0.5", "1e-5", "1/3", "123456789012"])
+def test_a_decimal_has_a_point_and_no_exponent(value: str) -> None:
+    text = decimal(Fraction(value))
+    assert "." in text and "e" not in text and float(text) == float(Fraction(value))

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""The truth of the lesson's experiment, through the derived closed loop: no formula of the lesson stands here."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from flint import arb
+
+from conformance.programs.ports import ROOT
+from conformance.theory.scenario import LESSON
+from conformance.truth.exact import derived_functions, exact
+from conformance.truth.experiment import derived_loop, parameters, problem, truth
+from conformance.truth.taylor import precision
+from conformance.truth.truth import Enclosure, ball_function, enclose
+
+POINTS = {  # lesson (10), 15 significant digits of x1, x2, theta_hat
+    "0.1": ("1.17342048378473", "-2.96869266344466", "1.87081572148824"),
+    "0.5": ("0.291281352221132", "-1.3840585242084", "2.12499724390726"),
+    "2": ("0.448120205499685", "-0.355976931611338", "1.14692101257012"),
+    "10": ("0.328478949459429", "-0.130333573188115", "1.20008581890017"),
+    "20": ("0.495303675161773", "-0.546506377914894", "1.1999999977729"),
+}
+
+
+@pytest.mark.parametrize("time", POINTS)
+def test_truth_meets_the_lessons_reference_points(time: str) -> None:
+    for ball, printed in zip(truth(LESSON).at(time)[:3], POINTS[time], strict=True):
+        unit = Fraction(1, 10 ** len(printed.split(".")[1]))
+        assert abs(ball - arb(printed)) < arb(float(unit)), (time, printed)
+
+
+def test_radius_is_at_most_1e_18_at_every_time() -> None:
+    assert truth(LESSON).largest_radius <= 1e-18
+
+
+def test_error_of_the_doubles_is_at_most_1e_15_of_each_states_scale() -> None:
+    assert (truth(LESSON).bound[:3] <= 1e-15 * truth(LESSON).scale[:3]).all()
+
+
+def lyapunov_function(time: Fraction) -> arb:
+    V = ball_function(problem(LESSON), [derived_loop("sin").V])
+    return V(time, truth(LESSON).at(time))[0]
+
+
+@pytest.fixture(scope="module")
+def dissipated() -> Enclosure:
+    """The closed loop with the integral of k1 z1^2 + k2 z2^2 as a fourth state, which no formula of V enters."""
+    three, loop = problem(LESSON), derived_loop("sin")
+    dissipation = loop.dissipation.xreplace(parameters(LESSON))
+    states, rhs = (*three.states, sp.Symbol("dissipated")), (*three.rhs, dissipation)
+    return enclose(replace(three, states=states, rhs=rhs, start=(*three.start, sp.S.Zero)))
+
+
+@pytest.mark.parametrize("time", ["0.05", "0.1", "1/3", "7", "20"])
+def test_lyapunov_function_falls_by_what_is_dissipated(time: str, dissipated: Enclosure) -> None:
+    with precision(256):
+        fallen = lyapunov_function(Fraction(0)) - lyapunov_function(Fraction(time))
+        integral = dissipated.at(time)[3]
+        assert fallen.contains(integral.mid()) and integral.contains(fallen.mid())
+        assert fallen.rad() < 1e-17
+
+
+def test_lyapunov_function_starts_at_the_lessons_value() -> None:
+    assert abs(exact(LESSON).lyapunov(np.zeros(1), exact(LESSON).evaluate(np.zeros(1)))[0] - 2.16125) < 1e-14
+
+
+def test_derivatives_of_the_field_are_those_of_the_solution() -> None:
+    h, t = 1e-3, np.linspace(0.1, 19.9, 500)
+    lesson = exact(LESSON)
+    before, at, after = (lesson.evaluate(t + s) for s in (-h, 0.0, h))
+    second = (after - 2 * at + before) / h**2
+    assert np.allclose((after - before) / (2 * h), lesson.first(t, at), rtol=1e-3, atol=1e-2)
+    assert np.allclose(second, lesson.second(t, at), rtol=1e-3, atol=1e-1)
+
+
+def test_functions_of_the_states_agree_with_the_enclosure() -> None:
+    t, lesson = np.linspace(0, 20, 2001), exact(LESSON)
+    states = lesson.evaluate(t)
+    loop = derived_loop("sin")
+    balls = ball_function(problem(LESSON), [*loop.z, loop.V])
+    for i in range(0, t.size, 100):
+        wanted = [float(ball) for ball in balls(Fraction(t[i]), truth(LESSON).at(t[i]))]
+        found = (*lesson.errors(t, states)[:, i], lesson.lyapunov(t, states)[i])
+        assert np.allclose(found, wanted, rtol=0, atol=1e-14)
+    rate, slope = lesson.dissipation(t, states)
+    h = t[1]
+    assert np.allclose(np.gradient(rate, h)[50:-1], slope[50:-1], atol=1e-2)
+    assert np.allclose(lesson.first(t, states)[1], lesson.control(t, states), atol=1e-13)
+
+
+def test_what_is_kept_is_derived_again_when_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conformance.truth.exact.KEPT", tmp_path)
+    short = replace(LESSON, horizon=Fraction(1))
+
+    def derived() -> np.ndarray:
+        exact.cache_clear()
+        derived_functions.cache_clear()
+        return exact(short).first(np.ones(1), exact(short).evaluate(np.ones(1)))
+
+    before = derived()
+    whole = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    assert sorted(path.suffix for path in whole) == [".exact", ".functions"]
+    for path, content in whole.items():
+        path.write_bytes(content[:-100] + bytes(100))
+    assert (derived() == before).all() and {path: path.read_bytes() for path in whole} == whole
+
+
+def test_judging_from_the_cache_needs_neither_sympy_nor_ball_arithmetic() -> None:
+    exact(LESSON)
+    program = "import sys; from conformance.truth.exact import exact; from conformance.theory.scenario import LESSON; "
+    program += "exact(LESSON); sys.exit(bool({'sympy', 'flint', 'scipy'} & sys.modules.keys()))"
+    assert subprocess.run([sys.executable, "-c", program], cwd=ROOT).returncode == 0

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: MIT
+"""The enclosure holds the solution, and each fault put into its proof is caught."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import flint
+import pytest
+import sympy as sp
+from flint import arb, arb_mat
+
+from conformance.tests.truth.problems import CLOSED, Closed, R, t, x
+from conformance.truth import enclosure, taylor
+from conformance.truth.taylor import precision
+from conformance.truth.truth import Ball, InitialValueProblem, ProofEnded, enclose
+
+GROWTH, PERIODIC = CLOSED["exponential growth"], CLOSED["harmonic oscillator"]
+
+
+@pytest.mark.parametrize("target", [1e-6, 1e-12, 1e-18, 1e-30])
+@pytest.mark.parametrize("name", CLOSED)
+def test_closed_solution_lies_in_its_enclosure(name: str, target: float) -> None:
+    enclosed = enclose(CLOSED[name].problem, target, cache=None)
+    assert enclosed.largest_radius <= target
+    assert CLOSED[name].lies_in(enclosed)
+
+
+@pytest.mark.parametrize("edge", [-1, 1])
+def test_every_solution_from_a_ball_of_starts_lies_in_the_enclosure(edge: int) -> None:
+    start = Ball(R(1), R(1, 10**6))
+    enclosed = enclose(replace(GROWTH.problem, start=(start,)), 1e4, cache=None)
+    value = 1 + edge * arb(10) ** -6
+    assert Closed(GROWTH.problem, lambda s: (value * s.exp(),)).lies_in(enclosed)
+
+
+def test_precision_of_ball_arithmetic_is_restored() -> None:
+    before = flint.ctx.prec
+    enclose(GROWTH.problem, cache=None).at("0.5")
+    assert flint.ctx.prec == before
+
+
+# --- The proof ends, and says where --------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("rhs", "start", "pole", "why"),
+    [
+        (x**2, R(1), 1.0, "a priori enclosure|remainder"),
+        (-1 / x, R(1), 0.5, "contains 0|a priori enclosure|remainder"),
+        (-sp.sqrt(x), R(1), 2.0, "not positive|contains 0|a priori enclosure|remainder"),
+        (1 / x, R(0), 0.0, "division by an interval that contains 0"),
+        (sp.sqrt(x), R(-1), 0.0, "power 1/2 of an interval that is not positive"),
+        (sp.log(x - 1), R(1, 2), 0.0, "logarithm of an interval that is not positive"),
+    ],
+    ids=str,
+)
+def test_proof_ends_with_the_time_reached(rhs: sp.Expr, start: sp.Rational, pole: float, why: str) -> None:
+    with pytest.raises(ProofEnded, match=why) as ended:
+        enclose(InitialValueProblem(t, (x,), (rhs,), (start,), R(3)), cache=None)
+    assert pole - 1e-5 <= ended.value.reached <= pole
+
+
+def test_unstable_problem_ends_with_the_time_reached() -> None:
+    with pytest.raises(ProofEnded) as ended:
+        enclose(InitialValueProblem(t, (x,), (100 * x,), (R(1),), R(20)), cache=None)
+    assert 1 < ended.value.reached < 20
+
+
+def test_target_below_the_radius_of_the_start_is_refused() -> None:
+    with pytest.raises(ProofEnded, match="radius"):
+        enclose(replace(GROWTH.problem, start=(Ball(R(1), R(1, 10**6)),)), 1e-8, cache=None)
+
+
+# --- Faults --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("table", "rule", "fault"),
+    [
+        (taylor.RULES, "mul", "x{i} = convolve(v{a}[:-1], v{b})"),
+        (taylor.RULES, "mul square", "x{i} = square(v{a}) * 2"),
+        (taylor.RULES, "function", "x{i} = convolve(v{b}, v{w}[:k])"),
+        (taylor.RULES, "div constant", "x{i} = convolve(v{b}[1:], v{i}) / v{b}[0]"),
+        (taylor.FUNCTIONS, "sin", taylor.FUNCTIONS["sin"]._replace(derivative=lambda p, v, u: v)),
+    ],
+    ids=["product", "square", "chain rule", "quotient", "derivative of sine"],
+)
+def test_wrong_taylor_rule_is_caught(
+    monkeypatch: pytest.MonkeyPatch, table: dict[str, object], rule: str, fault: object
+) -> None:
+    monkeypatch.setitem(table, rule, fault)
+    assert not all(_survives(closed) for closed in CLOSED.values())
+
+
+def _survives(closed: Closed) -> bool:
+    try:
+        return closed.lies_in(enclose(closed.problem, 1e-12, cache=None))
+    except ProofEnded:
+        return False
+
+
+@pytest.mark.parametrize("closed", [GROWTH, PERIODIC], ids=["growth", "oscillator"])
+def test_remainder_left_out_is_caught(monkeypatch: pytest.MonkeyPatch, closed: Closed) -> None:
+    monkeypatch.setattr(enclosure, "remainder", lambda over_box, s, order: arb(0))
+    assert not _survives(closed)
+
+
+def test_too_small_candidate_fails_the_fixed_point_test(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(enclosure, "candidate", lambda image, last, margin: image.mid() + arb(0, image.rad() / 2))
+    with pytest.raises(ProofEnded, match="fixed-point test"):
+        enclose(GROWTH.problem, cache=None)
+
+
+def test_box_that_skips_the_fixed_point_test_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        enclosure, "a_priori", lambda program, t, low, order, h: ([low[z][0] for z in program.states], low)
+    )
+    assert not _survives(GROWTH)
+
+
+def test_start_radius_that_is_not_carried_on_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(enclosure.Stepper, "jacobian", lambda self, extended: arb_mat([[1]]))
+    enclosed = enclose(replace(GROWTH.problem, start=(Ball(R(1), R(1, 10**6)),)), 1e4, cache=None)
+    assert not Closed(GROWTH.problem, lambda s: ((1 + arb(10) ** -6) * s.exp(),)).lies_in(enclosed)
+
+
+@pytest.mark.parametrize(("width", "passes"), [(0.5, True), (4.0, False)])
+def test_fixed_point_test_knows_how_long_a_solution_exists(width: float, passes: bool) -> None:
+    """x' = x^2, x(0) = 1 has its pole at t = 1: no box can pass beyond it."""
+    program = taylor.compile_program(t, [x], [x**2])
+    with precision(64):
+        low = taylor.coefficients(program, arb(0), [arb(1)], 1)
+        if passes:
+            box, _ = enclosure.a_priori(program, arb(0), low, 1, width / 4)
+            assert box[0].contains(1 / (1 - arb(width) / 4))
+        else:
+            with pytest.raises(enclosure.NoEnclosure):
+                enclosure.a_priori(program, arb(0), low, 1, width)
+
+
+# --- Bad input -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("rhs", "message"),
+    [(sp.Float(1.2) * x, "exact Rational"), (sp.Abs(x), "no Taylor rule"), (sp.Symbol("c") * x, "neither the time")],
+    ids=str,
+)
+def test_right_hand_side_without_a_rule_is_refused(rhs: sp.Expr, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        enclose(InitialValueProblem(t, (x,), (rhs,), (R(1),), R(1)), cache=None)
+
+
+def test_start_given_as_a_double_is_refused() -> None:
+    with pytest.raises(ValueError, match="exact rationals"):
+        InitialValueProblem(t, (x,), (x,), (sp.Float(1.2),), R(1))

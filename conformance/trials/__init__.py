@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Programs under other experiments: edits, variants, mutants, campaigns."""

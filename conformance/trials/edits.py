@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""Edits of a program's text: replacements, constants by name, and another scenario, in every port's own spelling."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+
+from conformance.programs.ports import Port
+from conformance.programs.sources import source
+from conformance.theory.scenario import LESSON, NUMBERS, Scenario
+
+NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
+CONSTANT_OF = {"horizon": "t_final"}  # where a program's name for it is another
+WAVES = {  # r and its first two derivatives, as (sign, function)
+    "sin": (("", "sin"), ("", "cos"), ("-", "sin")),
+    "cos": (("", "cos"), ("-", "sin"), ("-", "cos")),
+}
+AMPLITUDES = (("r", "amplitude"), ("r_dot", "amplitude * omega"), ("r_ddot", "amplitude * omega * omega"))
+
+
+@dataclass(frozen=True)
+class Edit:
+    """A text that must occur exactly once, and what takes its place."""
+
+    old: str
+    new: str
+
+
+def edited(text: str, edits: Iterable[Edit]) -> str:
+    """The text after the edits, one after another; raises ValueError unless each finds its old text exactly once."""
+    for edit in edits:
+        count = text.count(edit.old)
+        if count != 1:
+            raise ValueError(f"found {edit.old!r} {count} times, expected once")
+        text = text.replace(edit.old, edit.new)
+    return text
+
+
+def spelled(port: Port, text: str) -> str:
+    """Statements in snake_case with sin() and cos(), as the port spells them."""
+    functions = dict(port.functions)
+    text = re.sub(r"\b(sin|cos)\(([^()]*)\)", lambda m: functions[m[1]].format(m[2]), text)
+    return camel(text) if port.names == "camel" else text
+
+
+def camel(text: str) -> str:
+    """snake_case names as camelCase."""
+    return re.sub(r"(?<=[a-z0-9])_([a-z0-9])", lambda m: m[1].upper(), text)
+
+
+def parameters(port: Port, text: str) -> str:
+    """The section Parameters of a program."""
+    _, _, rest = text.partition(port.section.format("Parameters"))
+    return rest.partition(port.section.format("Reference"))[0]
+
+
+def constant_value(port: Port, text: str, name: str) -> str | None:
+    """A constant as the section Parameters states it; None where the program has none of that name."""
+    before, after = (re.escape(part) for part in port.constant.format(name=spelled(port, name), value="\0").split("\0"))
+    found = re.findall(rf"(?<!\w){before}({NUMBER}){after}", parameters(port, text))
+    return found[0] if len(found) == 1 else None
+
+
+def constant_edit(port: Port, text: str, name: str, value: str) -> Edit:
+    """The edit that gives a constant (named in snake_case) another value; raises ValueError where there is none."""
+    old = constant_value(port, text, name)
+    if old is None:
+        raise ValueError(f"no constant {spelled(port, name)!r} in the section Parameters")
+    return Edit(*(port.constant.format(name=spelled(port, name), value=number) for number in (old, value)))
+
+
+def decimal(value: Fraction) -> str:
+    """The nearest double without an exponent, which every language reads alike: 20.0, -0.5, 0.00001."""
+    text = format(Decimal(repr(float(value))), "f")
+    return text if "." in text else text + ".0"
+
+
+def scenario_edits(port: Port, text: str, scenario: Scenario) -> list[Edit]:
+    """What turns the lesson's program into that of another scenario; logged times keep their distance."""
+    edits = [
+        constant_edit(port, text, CONSTANT_OF.get(name, name), decimal(getattr(scenario, name)))
+        for name in NUMBERS
+        if name != "phase" and getattr(scenario, name) != getattr(LESSON, name)
+    ]
+    intervals = constant_value(port, text, "intervals")
+    if intervals and scenario.horizon != LESSON.horizon:
+        count = max(1, round(int(intervals) * scenario.horizon / LESSON.horizon))
+        edits.append(constant_edit(port, text, "intervals", str(count)))
+    edits += [Edit(spelled(port, old), spelled(port, new)) for old, new in _reference(scenario) if old != new]
+    return edits
+
+
+def in_scenario(port: Port, scenario: Scenario) -> str:
+    """The lesson's program turned into that of another scenario; raises ValueError where an edit does not apply."""
+    text = source(port)
+    return edited(text, scenario_edits(port, text, scenario))
+
+
+def _reference(scenario: Scenario) -> list[tuple[str, str]]:
+    """The statements of r and its derivatives, in the lesson's scenario and in this one."""
+    statements = []
+    for (name, size), lesson, here in zip(AMPLITUDES, WAVES["sin"], WAVES[scenario.wave], strict=True):
+        angle = f"omega * t + {decimal(scenario.phase)}" if scenario.phase else "omega * t"
+        old, new = (
+            f"{name} = {sign}{size} * {wave}({argument})"
+            for (sign, wave), argument in ((lesson, "omega * t"), (here, angle))
+        )
+        statements.append((old, new))
+    return statements
+
+
+def without_drawing(port: Port) -> list[Edit]:
+    """What leaves out the figure, which costs more time than the rest of the program."""
+    return [Edit(line, "") for line in port.drawing]

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: MIT
+"""From a scenario to the truth: the lesson's plant, the derived closed loop, and the enclosure of its solution.
+
+No formula of the controller stands here: `design` derives them from the plant.
+"""
+
+import functools
+import inspect
+from collections.abc import Iterator, Sequence
+from decimal import ROUND_UP, Decimal, localcontext
+from fractions import Fraction
+
+import sympy as sp
+from flint import arb
+
+from conformance.theory.design import ClosedLoop, closed_loop, tuning_functions
+from conformance.theory.scenario import PARAMETERS, POSITIVE, Scenario
+from conformance.theory.strict_feedback import Plant, strict_feedback
+from conformance.truth.taylor import precision
+from conformance.truth.truth import Enclosure, InitialValueProblem, ball_function, enclose
+
+BEYOND = Fraction(101, 100)  # of the horizon: a file's last row may lie half a step behind it
+PRINTED = ("x1", "x2", "theta_hat", "z1", "z2", "V")
+SYMBOLS = tuple(sp.Symbol(name, positive=True) if name in POSITIVE else sp.Symbol(name) for name in PARAMETERS)
+
+
+@functools.cache
+def derived_loop(wave: str) -> ClosedLoop:
+    """The closed loop of the lesson's plant (7) under the adaptive controller derived for it, in the PARAMETERS."""
+    x1, x2, u, t = sp.symbols("x1 x2 u t")
+    theta, k1, k2, gamma, amplitude, omega, phase = SYMBOLS
+    plant = strict_feedback(Plant((x1, x2), u, (theta,), (x2 + theta * x1, u)))
+    design = tuning_functions(plant, (k1, k2), gamma)
+    reference = amplitude * {"sin": sp.sin, "cos": sp.cos}[wave](omega * t + phase)
+    return closed_loop(design, [theta], reference, time=t, free=SYMBOLS)
+
+
+def parameters(scenario: Scenario) -> dict[sp.Symbol, sp.Rational]:
+    """The values of the SYMBOLS."""
+    return {symbol: sp.Rational(getattr(scenario, symbol.name)) for symbol in SYMBOLS}
+
+
+def problem(scenario: Scenario) -> InitialValueProblem:
+    """The closed loop of a scenario as an initial-value problem in x1, x2 and theta_hat."""
+    loop = derived_loop(scenario.wave)
+    numbers = parameters(scenario)
+    return InitialValueProblem(
+        loop.time,
+        loop.states,
+        tuple(e.xreplace(numbers) for e in loop.rhs),
+        tuple(map(sp.Rational, (scenario.x1_start, scenario.x2_start, scenario.theta_hat_start))),
+        sp.Rational(scenario.horizon * BEYOND),
+        tuple((name, e.xreplace(numbers)) for name, e in loop.definitions),
+    )
+
+
+@functools.cache
+def truth(scenario: Scenario, target: float = 1e-18) -> Enclosure:
+    """The proven enclosure of x1, x2 and theta_hat, with a radius of at most `target`."""
+    return enclose(problem(scenario), target)
+
+
+def truth_table(scenario: Scenario, times: Sequence[Fraction], digits: int) -> Iterator[list[str]]:
+    """Rows of text: a header, then per time (s) those of PRINTED as value and radius.
+
+    A value has `digits` significant digits; its radius, rounded up, covers the enclosure and the rounding of the value.
+    Raises ValueError for a time outside of the enclosure.
+    """
+    enclosed = truth(scenario, min(1e-18, 10.0**-digits))
+    loop = derived_loop(scenario.wave)
+    errors = ball_function(problem(scenario), [*loop.z, loop.V])
+    yield ["t", *(text for name in PRINTED for text in (name, f"{name}_radius"))]
+    for t in times:
+        with precision(enclosed.bits):
+            states = enclosed.at(t)
+            balls = (*states, *errors(t, states))
+        yield [_decimal(t), *(text for ball in balls for text in _printed(ball, digits))]
+
+
+def _decimal(t: Fraction) -> str:
+    power = next((k for k in range(40) if (t * 10**k).denominator == 1), None)
+    return str(t) if power is None else format(Decimal(int(t * 10**power)).scaleb(-power), "f")
+
+
+def _printed(ball: arb, digits: int) -> tuple[str, str]:
+    with precision(1024):
+        value = str(ball.mid().str(digits, radius=False))
+        mantissa, exponent = (abs(ball - arb(value))).upper().man_exp()
+        radius = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    with localcontext(prec=3, rounding=ROUND_UP):
+        return value, f"{Decimal(radius.numerator) / Decimal(radius.denominator):.2e}"
+
+
+# ---- The closed loop in double precision ----
+
+
+def source(wave: str) -> str:
+    """The derived closed loop as Python source: functions, each giving a list of numbers or arrays.
+
+    Their arguments are t (s), x1, x2 and theta_hat, arrays of one shape (of `reference` t alone), and the PARAMETERS.
+    """
+    loop = derived_loop(wave)
+    states = (loop.time, *loop.states)
+    field = sp.Matrix([loop.explicit(e) for e in loop.rhs])
+    z = sp.Matrix([loop.explicit(e) for e in loop.z])
+    V, dissipation = (sp.Matrix([loop.explicit(e)]) for e in (loop.V, loop.dissipation))
+
+    def along(quantity: sp.Matrix) -> sp.Matrix:
+        """Its derivative along solutions."""
+        return quantity.diff(loop.time) + quantity.jacobian(loop.states) * field
+
+    return "\n".join(
+        _function(name, (*arguments, *SYMBOLS), list(expressions))
+        for name, arguments, expressions in (
+            ("reference", (loop.time,), [loop.explicit(loop.reference)]),
+            ("control", states, [loop.explicit(loop.u)]),
+            ("first", states, field),
+            ("second", states, along(field)),
+            ("errors", states, z),
+            ("lyapunov", states, V),
+            ("dissipation", states, [*dissipation, *along(dissipation)]),
+            ("gradients", states, sp.Matrix([*field, *z, *V, *dissipation]).jacobian(loop.states)),
+        )
+    )
+
+
+def _function(name: str, arguments: tuple[sp.Symbol, ...], expressions: list[sp.Expr]) -> str:
+    function = sp.lambdify(arguments, expressions, "numpy", cse=True)
+    return inspect.getsource(function).replace("_lambdifygenerated", name, 1)

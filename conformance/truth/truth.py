@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: MIT
+"""The truth: a proven enclosure of the solution of an initial-value problem, kept in a cache.
+
+`enclose` gives an Enclosure. `at` evaluates it as balls at exact times, `evaluate` as doubles at many times.
+docs/truth.md tells why the enclosure is one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import threading
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import inf, nextafter
+from pathlib import Path
+from typing import NamedTuple
+
+import flint
+import numpy as np
+import sympy as sp
+from flint import arb, fmpq
+from numpy.typing import ArrayLike, NDArray
+
+from conformance.programs.ports import ROOT
+from conformance.truth import cache as kept
+from conformance.truth import enclosure
+from conformance.truth.dense import tabulate
+from conformance.truth.enclosure import ProofEnded
+from conformance.truth.piecewise import Floats, Table
+from conformance.truth.taylor import Definition, coefficients, compile_program, exact, precision
+
+__all__ = ["Ball", "Enclosure", "InitialValueProblem", "ProofEnded", "enclose"]
+
+ONE_AT_A_TIME = threading.Lock()
+CACHE = ROOT / "build" / "truth"
+SOURCES = tuple(
+    ROOT / "conformance" / f"{name}.py"
+    for name in (
+        "truth/taylor", "theory/program", "truth/enclosure", "truth/dense", "truth/piecewise", "truth/truth",
+    )
+)  # fmt: skip
+
+
+class Ball(NamedTuple):
+    """All numbers within `radius` of `middle`, both exact."""
+
+    middle: sp.Rational
+    radius: sp.Rational
+
+
+@dataclass(frozen=True)
+class InitialValueProblem:
+    """states' = rhs(time, states), states(0) = start, on [0, horizon] (s).
+
+    `definitions`: names for what rhs uses, in terms of time, states and earlier names. Numbers are exact: 6/5, not 1.2.
+    A start may be a Ball. Raises ValueError for what does not fit together.
+    """
+
+    time: sp.Symbol
+    states: tuple[sp.Symbol, ...]
+    rhs: tuple[sp.Expr, ...]
+    start: tuple[sp.Rational | Ball, ...]
+    horizon: sp.Rational
+    definitions: tuple[Definition, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.states or not len(self.states) == len(self.rhs) == len(self.start):
+            raise ValueError("give one right-hand side and one start value per state, and at least one state")
+        if len(set(self.names)) != len(self.names):
+            raise ValueError(f"names of states must differ: {self.names}")
+        if not all(isinstance(sp.sympify(v), sp.Rational) for v in (*self._start_numbers(), self.horizon)):
+            raise ValueError("start values and horizon must be exact rationals, such as 6/5 for 1.2")
+        if not self.horizon > 0:
+            raise ValueError(f"the horizon must be positive, not {self.horizon}")
+
+    def _start_numbers(self) -> list[sp.Rational]:
+        return [part for v in self.start for part in (v if isinstance(v, Ball) else (v,))]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The rows of its enclosure."""
+        return tuple(s.name for s in self.states)
+
+    @property
+    def end(self) -> float:
+        """The smallest double that is not below the horizon (s): the proof runs up to there."""
+        nearest = float(self.horizon)
+        return nearest if Fraction(nearest) >= _fraction(self.horizon) else nextafter(nearest, inf)
+
+    def start_balls(self) -> list[arb]:
+        """The start values as balls at the current precision."""
+        return [
+            exact(v.middle) + arb(0, exact(v.radius).upper()) if isinstance(v, Ball) else exact(sp.sympify(v))
+            for v in self.start
+        ]
+
+
+def _fraction(value: sp.Rational) -> Fraction:
+    value = sp.sympify(value)
+    return Fraction(int(value.p), int(value.q))
+
+
+def _ball(value: Fraction) -> arb:
+    return arb(fmpq(value.numerator, value.denominator))
+
+
+# --- Enclosure -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """Polynomials and radii which enclose every row, one per state, at every time of [0, end] (s).
+
+    names: the rows. bits: the precision of the proof. starts: (steps,) s. radius: (steps, rows), absolute.
+    polynomials: per step and row "m e m e ...", the exact coefficients m 2^e about the step's start, m in hex.
+    table: the same as doubles.
+    """
+
+    names: tuple[str, ...]
+    bits: int
+    starts: Floats
+    radius: Floats
+    polynomials: tuple[tuple[str, ...], ...]
+    table: Table
+
+    @property
+    def end(self) -> float:
+        """The last time (s) of the enclosure."""
+        return float(self.table.edges[-1])
+
+    @property
+    def bound(self) -> Floats:
+        """Per row: a bound of |evaluate - solution| over all times, absolute."""
+        return self.table.bound
+
+    @property
+    def scale(self) -> Floats:
+        """Per row: a number not above max |row| over the horizon, and close to it."""
+        return self.table.scale
+
+    @cached_property
+    def largest_radius(self) -> float:
+        """The largest radius of any row at any time."""
+        return float(self.radius.max())
+
+    def at(self, time: sp.Rational | Fraction | float | str) -> tuple[arb, ...]:
+        """One ball per row at an exact time (s): a rational, a decimal string, or a double taken exactly.
+
+        Raises ValueError for a time outside of [0, end].
+        """
+        t = _fraction(time) if isinstance(time, sp.Basic) else Fraction(time)
+        if not 0 <= t <= self.end:
+            raise ValueError(f"time {time} is outside of [0, {self.end!r}]")
+        j = bisect_right(self.starts, t) - 1
+        with precision(self.bits):
+            ball = _ball(t - Fraction(float(self.starts[j])))
+            return tuple(
+                _horner(text, ball) + arb(0, radius)
+                for text, radius in zip(self.polynomials[j], self.radius[j].tolist(), strict=True)
+            )
+
+    def evaluate(self, times: ArrayLike, names: Sequence[str] | None = None) -> Floats:
+        """The rows as doubles, shape (rows, *times.shape), each within `bound` of the solution; times in any order (s).
+
+        Raises ValueError for a time outside of [0, end] or an unknown name.
+        """
+        return self.table(times, [self.names.index(name) for name in (self.names if names is None else names)])
+
+
+def _horner(text: str, s: arb) -> arb:
+    total, words = arb(0), text.split()
+    for mantissa, exponent in zip(words[-2::-2], words[::-2], strict=True):
+        total = total * s + arb((int(mantissa, 16), int(exponent)))
+    return total
+
+
+def _text(polynomial: Sequence[arb]) -> str:
+    return " ".join(f"{int(m):x} {int(e)}" for m, e in (c.man_exp() for c in polynomial))
+
+
+def ball_function(
+    problem: InitialValueProblem, expressions: Sequence[sp.Expr]
+) -> Callable[[Fraction, Sequence[arb]], list[arb]]:
+    """Expressions in the problem's time, states and definitions, as a function of an exact time and of balls."""
+    program = compile_program(problem.time, problem.states, expressions, problem.definitions)
+
+    def values(time: Fraction, states: Sequence[arb]) -> list[arb]:
+        nodes = coefficients(program, _ball(time), states, 0)
+        return [nodes[node][0] for node in program.rhs]
+
+    return values
+
+
+# --- Enclose, with a cache -----------------------------------------------------------------------
+
+
+def enclose(problem: InitialValueProblem, target: float = 1e-18, cache: Path | None = CACHE) -> Enclosure:
+    """The proven enclosure of the problem, with a radius of at most `target` for every row at every time.
+
+    target: absolute, in the units of the rows. cache: a directory, or None for no cache; a file there is used only
+    if its key and its checksum fit. Raises ProofEnded where the proof cannot be continued to the horizon, with the
+    time reached; ValueError for a right-hand side without a Taylor rule.
+    """
+    if cache is None:
+        return compute(problem, target)
+    key = cache_key(problem, target)
+    path = cache / f"{key}.truth"
+    found = load(path, key)
+    if found is None:
+        found = compute(problem, target)
+        save(path, key, found)
+    return found
+
+
+def compute(problem: InitialValueProblem, target: float) -> Enclosure:
+    """`enclose` without a cache; one at a time, since the precision of ball arithmetic is global."""
+    if not 0 < target < inf:
+        raise ValueError(f"the target radius must be positive and finite, not {target}")
+    program = compile_program(problem.time, problem.states, problem.rhs, problem.definitions)
+    with ONE_AT_A_TIME:
+        settings, steps = enclosure.prove(program, problem.start_balls, problem.end, target)
+        with precision(settings.bits):
+            table = tabulate(steps, settings.bits)
+    return Enclosure(
+        problem.names,
+        settings.bits,
+        np.array([step.start for step in steps]),
+        np.array([step.radius for step in steps]),
+        tuple(tuple(map(_text, step.polynomial)) for step in steps),
+        table,
+    )
+
+
+def cache_key(problem: InitialValueProblem, target: float) -> str:
+    """A digest of all that the enclosure depends on: problem, target, these sources, and library versions."""
+    text = [problem.names, sp.srepr(sp.sympify((problem.time, problem.states, problem.rhs, problem.start)))]
+    text += [sp.srepr(sp.sympify((problem.horizon, problem.definitions))), target.hex()]
+    text += [flint.__version__, flint.__FLINT_VERSION__, sp.__version__, np.__version__]
+    digest = hashlib.sha256(repr(text).encode())
+    for source in SOURCES:
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def save(path: Path, key: str, enclosed: Enclosure) -> None:
+    """Keeps an enclosure in a file."""
+    meta = {"names": enclosed.names, "bits": enclosed.bits, "polynomials": enclosed.polynomials}
+    stream = io.BytesIO()
+    np.savez(
+        stream,
+        meta=np.frombuffer(json.dumps(meta).encode(), dtype=np.uint8),
+        starts=enclosed.starts,
+        radius=enclosed.radius,
+        **enclosed.table.arrays(),
+    )
+    kept.write(path, key, stream.getvalue())
+
+
+def load(path: Path, key: str) -> Enclosure | None:
+    """The enclosure in this file, or None where there is none, or one that is damaged or of another key."""
+    payload = kept.read(path, key)
+    if payload is None:
+        return None
+    with np.load(io.BytesIO(payload), allow_pickle=False) as stored:
+        arrays: dict[str, NDArray[np.float64]] = dict(stored)
+    meta = json.loads(arrays.pop("meta").tobytes())
+    polynomials = tuple(map(tuple, meta["polynomials"]))
+    starts, radius = arrays.pop("starts"), arrays.pop("radius")
+    return Enclosure(tuple(meta["names"]), meta["bits"], starts, radius, polynomials, Table(**arrays))
