@@ -199,3 +199,11 @@ for (const details of all(".exercise")) {
     if (details.open && all("canvas", details).length === 0) drawExercise(details);
   });
 }
+
+// ---- Equations ----
+
+// one that is wider than its box scrolls in it, by keys too
+const widths = new ResizeObserver((boxes) => {
+  for (const { target } of boxes) target.tabIndex = target.scrollWidth > target.clientWidth ? 0 : -1;
+});
+for (const box of all(".equation")) widths.observe(box);
