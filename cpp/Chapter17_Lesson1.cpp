@@ -5,9 +5,12 @@
 //     plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
 //     task      x1 follows r(t), and every signal stays bounded
 //     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
-//               theta_hat: estimate of theta;  x_dot: time derivative of x;
+//               phi: regressor;  theta_hat: estimate of theta;  x_dot: time derivative of x;
 //               alpha1_x1: partial derivative of alpha1 with respect to x1
 //     (n)       section n of the lesson
+//
+//     build     g++ -std=c++17 -O2 -o Chapter17_Lesson1 Chapter17_Lesson1.cpp
+//     run       ./Chapter17_Lesson1
 
 #include <array>
 #include <charconv>
@@ -26,16 +29,16 @@ namespace {
 
 // ---- Parameters ----
 
-constexpr double theta = 1.2;            // (10) true parameter, used by the plant alone
-constexpr double k1 = 2.0;               // (10) gain on z1, positive
-constexpr double k2 = 2.5;               // (10) gain on z2, positive
-constexpr double gamma = 3.0;            // (10) adaptation gain, positive
-constexpr double amplitude = 0.5;        // (10) of the reference
-constexpr double omega = 0.7;            // (10) of the reference, rad/s
-constexpr double x1_start = 1.2;         // (10) x1 at t = 0
-constexpr double x2_start = -0.5;        // (10) x2 at t = 0
-constexpr double theta_hat_start = 0.0;  // (10) theta_hat at t = 0
-constexpr double t_final = 20.0;         // (10) horizon, s
+constexpr double theta_true = 1.2;       // (15) true parameter, used by the plant alone
+constexpr double k1 = 2.0;               // (15) gain on z1, positive
+constexpr double k2 = 2.5;               // (15) gain on z2, positive
+constexpr double gamma_gain = 3.0;       // (15) adaptation gain, positive
+constexpr double amplitude = 0.5;        // (15) of the reference
+constexpr double omega = 0.7;            // (15) of the reference, rad/s
+constexpr double x1_start = 1.2;         // (15) x1 at t = 0
+constexpr double x2_start = -0.5;        // (15) x2 at t = 0
+constexpr double theta_hat_start = 0.0;  // (15) theta_hat at t = 0
+constexpr double final_time = 20.0;      // (15) horizon, s
 constexpr double h = 0.002;              // step of RK4, and interval between logged times, s
 
 constexpr const char* csv_name = "Chapter17_Lesson1_cpp.csv";
@@ -49,13 +52,18 @@ struct Reference {
 };
 
 Reference reference(double t) {
-    const double r = amplitude * std::sin(omega * t);                        // (10) reference
-    const double r_dot = amplitude * omega * std::cos(omega * t);            // (10) its first derivative
-    const double r_ddot = -amplitude * omega * omega * std::sin(omega * t);  // (10) its second derivative
+    const double r = amplitude * std::sin(omega * t);                        // (15) reference
+    const double r_dot = amplitude * omega * std::cos(omega * t);            // (15) its first derivative
+    const double r_ddot = -amplitude * omega * omega * std::sin(omega * t);  // (15) its second derivative
     return {r, r_dot, r_ddot};
 }
 
 // ---- Controller ----
+
+double regressor(double x1) {
+    const double phi = x1;  // (4) regressor
+    return phi;
+}
 
 struct Control {
     double u;
@@ -64,14 +72,18 @@ struct Control {
 
 Control controller(double t, double x1, double x2, double theta_hat) {
     const auto [r, r_dot, r_ddot] = reference(t);
-    const double z1 = x1 - r;                                 // (5) tracking error
-    const double alpha1 = -k1 * z1 - theta_hat * x1 + r_dot;  // (7) virtual control
-    const double z2 = x2 - alpha1;                            // (5) distance from the virtual control
-    const double alpha1_x1 = -k1 - theta_hat;                 // (7) partial derivative of alpha1
-    const double tau2 = x1 * z1 - alpha1_x1 * x1 * z2;        // (7) tuning function
-    const double theta_hat_dot = gamma * tau2;                // (7) update law
-    const double alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * x1) + k1 * r_dot + r_ddot;  // (7) known part of alpha1'
-    const double u = alpha1_dot_known - z1 - k2 * z2 - x1 * theta_hat_dot;  // (7) control
+    const double phi = regressor(x1);
+    const double z1 = x1 - r;                                  // (5) tracking error
+    const double alpha1 = -k1 * z1 - theta_hat * phi + r_dot;  // (7) virtual control
+    const double z2 = x2 - alpha1;                             // (5) distance from the virtual control
+    // phi(x1) = x1 has the derivative 1
+    const double alpha1_x1 = -k1 - theta_hat;             // (7) partial derivative of alpha1
+    const double tau2 = phi * z1 - alpha1_x1 * phi * z2;  // (7) tuning function
+    const double theta_hat_dot = gamma_gain * tau2;       // (7) update law
+    // alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place
+    const double alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * phi) + k1 * r_dot + r_ddot;  // (7) known part
+    // alpha1 moves with theta_hat too: hence the last term
+    const double u = alpha1_dot_known - z1 - k2 * z2 - phi * theta_hat_dot;  // (7) control
     return {u, theta_hat_dot};
 }
 
@@ -82,26 +94,32 @@ using State = std::array<double, 3>;  // x1, x2, theta_hat
 State closed_loop(double t, const State& state) {
     const auto [x1, x2, theta_hat] = state;
     const auto [u, theta_hat_dot] = controller(t, x1, x2, theta_hat);
-    const double x1_dot = x2 + theta * x1;  // (7) plant, row 1
-    const double x2_dot = u;                // (7) plant, row 2
+    const double phi = regressor(x1);
+    const double x1_dot = x2 + theta_true * phi;  // (7) plant, row 1
+    const double x2_dot = u;                      // (7) plant, row 2
     return {x1_dot, x2_dot, theta_hat_dot};
 }
 
 // ---- Integrate ----
 
-State along(const State& state, double step, const State& slope) {
-    return {state[0] + step * slope[0], state[1] + step * slope[1], state[2] + step * slope[2]};
+// the state after a step of the given length along the slope
+State add_scaled(const State& state, const State& slope, double step) {
+    State sum = state;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+        sum[i] += step * slope[i];
+    }
+    return sum;
 }
 
 // slopes at the start, twice at the middle, and at the end of the step
-State rk4_step(double t, const State& state) {
-    const State s1 = closed_loop(t, state);
-    const State s2 = closed_loop(t + h / 2, along(state, h / 2, s1));
-    const State s3 = closed_loop(t + h / 2, along(state, h / 2, s2));
-    const State s4 = closed_loop(t + h, along(state, h, s3));
+State rk4_step(double t, const State& state, double h) {
+    const State k_1 = closed_loop(t, state);
+    const State k_2 = closed_loop(t + h / 2, add_scaled(state, k_1, h / 2));
+    const State k_3 = closed_loop(t + h / 2, add_scaled(state, k_2, h / 2));
+    const State k_4 = closed_loop(t + h, add_scaled(state, k_3, h));
     State next = state;
     for (std::size_t i = 0; i < next.size(); ++i) {
-        next[i] += h / 6 * (s1[i] + 2 * s2[i] + 2 * s3[i] + s4[i]);
+        next[i] += h / 6 * (k_1[i] + 2 * k_2[i] + 2 * k_3[i] + k_4[i]);
     }
     return next;
 }
@@ -112,15 +130,18 @@ struct Sample {
 };
 
 std::vector<Sample> simulate() {
-    const long steps = std::lround(t_final / h);
-    std::vector<Sample> trajectory = {{0.0, {x1_start, x2_start, theta_hat_start}}};
+    const State initial_state = {x1_start, x2_start, theta_hat_start};
+    const long steps = std::lround(final_time / h);
+    std::vector<Sample> trajectory = {{0.0, initial_state}};
     for (long i = 0; i < steps; ++i) {
         const double t = static_cast<double>(i) * h;  // from the index: a running sum would drift
-        const State next = rk4_step(t, trajectory.back().state);
-        if (!std::isfinite(next[0] + next[1] + next[2])) {
-            throw std::runtime_error("integration failed at t = " + std::to_string(t) + ": the state is not finite");
+        const State state = rk4_step(t, trajectory.back().state, h);
+        for (const double value : state) {
+            if (!std::isfinite(value)) {
+                throw std::runtime_error("integration failed at t = " + std::to_string(t) + ": state not finite");
+            }
         }
-        trajectory.push_back({static_cast<double>(i + 1) * h, next});
+        trajectory.push_back({static_cast<double>(i + 1) * h, state});
     }
     return trajectory;
 }
@@ -133,7 +154,8 @@ std::string round_trip(double value) {
 }
 
 void write_csv(const std::vector<Sample>& trajectory) {
-    const std::string part = std::string(csv_name) + ".part";  // renamed when complete, so that no half-written CSV looks whole
+    // renamed when complete, so that no half-written CSV looks whole
+    const std::string part = std::string(csv_name) + ".part";
     std::ofstream file;
     file.exceptions(std::ios::failbit | std::ios::badbit);
     try {
@@ -142,8 +164,9 @@ void write_csv(const std::vector<Sample>& trajectory) {
         for (const auto& [t, state] : trajectory) {
             const auto [x1, x2, theta_hat] = state;
             const double r = reference(t).r;
-            file << round_trip(t) << ',' << round_trip(x1) << ',' << round_trip(x2) << ',' << round_trip(theta_hat) << ','
-                 << round_trip(r) << ',' << round_trip(x1 - r) << '\n';
+            const double tracking_error = x1 - r;
+            file << round_trip(t) << ',' << round_trip(x1) << ',' << round_trip(x2) << ','
+                 << round_trip(theta_hat) << ',' << round_trip(r) << ',' << round_trip(tracking_error) << '\n';
         }
         file.close();
     } catch (const std::ios::failure&) {
@@ -161,9 +184,10 @@ void write_csv(const std::vector<Sample>& trajectory) {
 void report(const std::vector<Sample>& trajectory) {
     const auto& [t, state] = trajectory.back();
     const auto [x1, x2, theta_hat] = state;
-    std::printf("Final tracking error: %.6e\n", x1 - reference(t).r);
+    const double final_ref = reference(t).r;
+    std::printf("Final tracking error: %.6e\n", x1 - final_ref);
     std::printf("Final parameter estimate: %.10f\n", theta_hat);
-    std::printf("True parameter: %.10f\n", theta);
+    std::printf("True parameter: %.10f\n", theta_true);
     std::printf("Data written to %s\n", csv_name);
     if (std::fflush(stdout) != 0) {
         throw std::runtime_error("cannot write to standard output");

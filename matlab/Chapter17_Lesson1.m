@@ -1,151 +1,197 @@
-function Chapter17_Lesson1
+function results = Chapter17_Lesson1
 %Chapter17_Lesson1  Adaptive backstepping on an uncertain second-order plant.
+%   results = Chapter17_Lesson1 also returns t, x1, x2, thetaHat, referenceSignal and trackingError.
 %
 %   plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
 %   task      x1 follows r(t), and every signal stays bounded
 %   notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
-%             theta_hat: estimate of theta;  x_dot: time derivative of x;
-%             alpha1_x1: partial derivative of alpha1 with respect to x1
+%             phi: regressor;  thetaHat: estimate of theta;  xDot: time derivative of x;
+%             alpha1X1: partial derivative of alpha1 with respect to x1
 %   (n)       section n of the lesson
+%
+%   run       matlab -batch Chapter17_Lesson1
+%             octave-cli --path octave --eval Chapter17_Lesson1
 
 % SPDX-License-Identifier: MIT
 
 %% Parameters
 
-theta = 1.2;            % (10) true parameter, used by the plant alone
-k1 = 2.0;               % (10) gain on z1, positive
-k2 = 2.5;               % (10) gain on z2, positive
-gamma = 3.0;            % (10) adaptation gain, positive
-amplitude = 0.5;        % (10) of the reference
-omega = 0.7;            % (10) of the reference, rad/s
-x1_start = 1.2;         % (10) x1 at t = 0
-x2_start = -0.5;        % (10) x2 at t = 0
-theta_hat_start = 0.0;  % (10) theta_hat at t = 0
-t_final = 20.0;         % (10) horizon, s
-rel_tol = 1e-9;         % of ode45
-abs_tol = 1e-11;        % of ode45
-max_step = 0.02;        % of ode45, s
+thetaTrue = 1.2;      % (15) true parameter, used by the plant alone
+k1 = 2.0;             % (15) gain on z1, positive
+k2 = 2.5;             % (15) gain on z2, positive
+gamma = 3.0;          % (15) adaptation gain, positive
+amplitude = 0.5;      % (15) of the reference
+omega = 0.7;          % (15) of the reference, rad/s
+x1Start = 1.2;        % (15) x1 at t = 0
+x2Start = -0.5;       % (15) x2 at t = 0
+thetaHatStart = 0.0;  % (15) thetaHat at t = 0
+finalTime = 20.0;     % (15) horizon, s
+relTol = 1e-9;        % of ode45
+absTol = 1e-11;       % of ode45
+maxStep = 0.02;       % of ode45, s
 
-csv_name = 'Chapter17_Lesson1_matlab.csv';
-png_name = 'Chapter17_Lesson1_matlab.png';
+csvName = 'Chapter17_Lesson1_matlab.csv';
+trackingName = 'Chapter17_Lesson1_matlab_tracking.png';
+errorName = 'Chapter17_Lesson1_matlab_error.png';
+estimateName = 'Chapter17_Lesson1_matlab_estimate.png';
 
 %% Reference
 
-    function [r, r_dot, r_ddot] = reference(t)
-        r = amplitude * sin(omega * t);                        % (10) reference
-        r_dot = amplitude * omega * cos(omega * t);            % (10) its first derivative
-        r_ddot = -amplitude * omega * omega * sin(omega * t);  % (10) its second derivative
+    function [r, rDot, rDDot] = reference(t)
+        r = amplitude * sin(omega * t);                       % (15) reference
+        rDot = amplitude * omega * cos(omega * t);            % (15) its first derivative
+        rDDot = -amplitude * omega * omega * sin(omega * t);  % (15) its second derivative
     end
 
 %% Controller
 
-    function [u, theta_hat_dot] = controller(t, x1, x2, theta_hat)
-        [r, r_dot, r_ddot] = reference(t);
-        z1 = x1 - r;                                  % (5) tracking error
-        alpha1 = -k1 * z1 - theta_hat * x1 + r_dot;   % (7) virtual control
-        z2 = x2 - alpha1;                             % (5) distance from the virtual control
-        alpha1_x1 = -k1 - theta_hat;                  % (7) partial derivative of alpha1
-        tau2 = x1 * z1 - alpha1_x1 * x1 * z2;         % (7) tuning function
-        theta_hat_dot = gamma * tau2;                 % (7) update law
-        alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * x1) + k1 * r_dot + r_ddot;  % (7) known part of alpha1'
-        u = alpha1_dot_known - z1 - k2 * z2 - x1 * theta_hat_dot;  % (7) control
+    function phi = regressor(x1)
+        phi = x1;  % (4) regressor
+    end
+
+    function [u, thetaHatDot] = controller(t, x1, x2, thetaHat)
+        [r, rDot, rDDot] = reference(t);
+        phi = regressor(x1);
+        z1 = x1 - r;                                % (5) tracking error
+        alpha1 = -k1 * z1 - thetaHat * phi + rDot;  % (7) virtual control
+        z2 = x2 - alpha1;                           % (5) distance from the virtual control
+        % phi(x1) = x1 has the derivative 1
+        alpha1X1 = -k1 - thetaHat;              % (7) partial derivative of alpha1
+        tau2 = phi * z1 - alpha1X1 * phi * z2;  % (7) tuning function
+        thetaHatDot = gamma * tau2;             % (7) update law
+        % alpha1' contains theta, by x1': this is what is left of it with thetaHat in theta's place
+        alpha1DotKnown = alpha1X1 * (x2 + thetaHat * phi) + k1 * rDot + rDDot;  % (7) known part
+        % alpha1 moves with thetaHat too: hence the last term
+        u = alpha1DotKnown - z1 - k2 * z2 - phi * thetaHatDot;  % (7) control
     end
 
 %% Closed loop
 
-    function state_dot = closed_loop(t, state)
+    function derivative = closedLoop(t, state)
         x1 = state(1);
         x2 = state(2);
-        theta_hat = state(3);
-        [u, theta_hat_dot] = controller(t, x1, x2, theta_hat);
-        x1_dot = x2 + theta * x1;  % (7) plant, row 1
-        x2_dot = u;                % (7) plant, row 2
-        state_dot = [x1_dot; x2_dot; theta_hat_dot];
+        thetaHat = state(3);
+        [u, thetaHatDot] = controller(t, x1, x2, thetaHat);
+        phi = regressor(x1);
+        x1Dot = x2 + thetaTrue * phi;  % (7) plant, row 1
+        x2Dot = u;                     % (7) plant, row 2
+        derivative = [x1Dot; x2Dot; thetaHatDot];
     end
 
 %% Integrate
 
-    function [t, x1, x2, theta_hat] = simulate()
-        options = odeset('RelTol', rel_tol, 'AbsTol', abs_tol, 'MaxStep', max_step);
+    function [t, x1, x2, thetaHat] = simulate()
+        initialState = [x1Start; x2Start; thetaHatStart];
+        timeSpan = [0, finalTime];
+        % Refine 1: the logged times are the solver's own steps, without interpolated ones between them
+        options = odeset('RelTol', relTol, 'AbsTol', absTol, 'MaxStep', maxStep, 'Refine', 1);
         try
-            [t, states] = ode45(@closed_loop, [0, t_final], [x1_start; x2_start; theta_hat_start], options);
+            [t, state] = ode45(@closedLoop, timeSpan, initialState, options);
         catch problem
             error('Chapter17_Lesson1:integration', 'Chapter17_Lesson1: integration failed: %s\n', problem.message);
         end
-        if t(end) < t_final || ~all(isfinite(states(:)))
+        if t(end) < finalTime || ~all(isfinite(state(:)))
             error('Chapter17_Lesson1:integration', ...
                   'Chapter17_Lesson1: integration failed at t = %g\n', t(end));
         end
-        [x1, x2, theta_hat] = deal(states(:, 1), states(:, 2), states(:, 3));
+        x1 = state(:, 1);
+        x2 = state(:, 2);
+        thetaHat = state(:, 3);
     end
 
 %% Write CSV
 
-    function write_csv(t, x1, x2, theta_hat)
-        r = reference(t);
-        part = [csv_name '.part'];  % renamed when complete, so that no half-written CSV looks whole
+    function writeCsv(t, x1, x2, thetaHat, referenceSignal, trackingError)
+        % renamed when complete, so that no half-written CSV looks whole
+        part = [csvName '.part'];
         file = -1;
-        if ~isfolder(csv_name)
+        if ~isfolder(csvName)
             file = fopen(part, 'w');
         end
         written = file >= 0;
         if written
             bytes = fprintf(file, 't,x1,x2,theta_hat,reference,tracking_error\n') ...
-                    + fprintf(file, '%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n', [t, x1, x2, theta_hat, r, x1 - r]');
+                    + fprintf(file, '%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n', ...
+                              [t, x1, x2, thetaHat, referenceSignal, trackingError]');
             fclose(file);
-            info = dir(part);
-            written = info.bytes == bytes && movefile(part, csv_name);  % a full disk shows in the size
+            info = dir(part);  % a full disk shows in the size
+            written = isscalar(info) && info.bytes == bytes && movefile(part, csvName, 'f');
         end
         if ~written
-            error('Chapter17_Lesson1:csv', 'Chapter17_Lesson1: cannot write %s\n', csv_name);
+            error('Chapter17_Lesson1:csv', 'Chapter17_Lesson1: cannot write %s\n', csvName);
         end
     end
 
 %% Report
 
-    function report(t, x1, theta_hat)
-        r = reference(t);
-        fprintf('Final tracking error: %.6e\n', x1(end) - r(end));
-        fprintf('Final parameter estimate: %.10f\n', theta_hat(end));
-        fprintf('True parameter: %.10f\n', theta);
-        fprintf('Data written to %s\n', csv_name);
+    function report(thetaHat, trackingError)
+        fprintf('Final tracking error: %.6e\n', trackingError(end));
+        fprintf('Final parameter estimate: %.10f\n', thetaHat(end));
+        fprintf('True parameter: %.10f\n', thetaTrue);
+        fprintf('Data written to %s\n', csvName);
     end
 
 %% Figures
 
-    function draw(t, x1, theta_hat)
-        r = reference(t);
-        windows = usejava('desktop');  % headless, the figure becomes a PNG file
-        if windows
-            window = figure();
+    function draw(t, x1, thetaHat, referenceSignal, trackingError)
+        beginFigure();
+        plot(t, x1, '-', t, referenceSignal, '--', 'LineWidth', 1.4);
+        legend({'x_1', 'r'}, 'Location', 'northeast');
+        endFigure('Adaptive-Backstepping Tracking', 'output y', trackingName);
+
+        beginFigure();
+        plot(t, trackingError, '-', 'LineWidth', 1.4);
+        legend({'z_1 = x_1 - r'}, 'Location', 'northeast');
+        endFigure('Tracking Error', 'tracking error z_1', errorName);
+
+        beginFigure();
+        plot(t, thetaHat, '-', 'LineWidth', 1.4);
+        yline(thetaTrue, '--', 'LineWidth', 1.4);
+        legend({'estimate of \theta', '\theta'}, 'Location', 'northeast');
+        endFigure('Parameter Estimate', 'parameter (1/s)', estimateName);
+    end
+
+    function beginFigure()
+        if inDesktop()
+            figure();
         else
-            window = figure('Visible', 'off');
+            figure('Visible', 'off');
         end
-        subplot(3, 1, 1);
-        plot(t, x1, '-', t, r, '--');
-        ylabel('output y');
-        legend({'x_1', 'r'});
-        subplot(3, 1, 2);
-        plot(t, x1 - r, '-');
-        ylabel('tracking error z_1');
-        legend({'z_1'});
-        subplot(3, 1, 3);
-        plot(t, theta_hat, '-', t, theta + 0 * t, '--');
-        ylabel('parameter, 1/s');
-        legend({'estimate of \theta', '\theta'});
+    end
+
+    function endFigure(heading, label, name)
+        title(heading);
         xlabel('time (s)');
-        if ~windows
-            print(window, png_name, '-dpng');
-            close(window);
+        ylabel(label);
+        grid('on');
+        if ~inDesktop()  % headless, the figure becomes a PNG file
+            print(gcf(), name, '-dpng');
+            close(gcf());
         end
     end
 
-    function main()
-        [t, x1, x2, theta_hat] = simulate();
-        write_csv(t, x1, x2, theta_hat);
-        report(t, x1, theta_hat);
-        draw(t, x1, theta_hat);
+    function answer = inDesktop()
+        % usejava is on its way out, and says no in MATLAB Online; where desktop cannot tell, usejava does
+        try
+            answer = desktop('inuse');
+        catch
+            answer = usejava('desktop');
+        end
     end
 
-main();
+    function trajectory = main()
+        [t, x1, x2, thetaHat] = simulate();
+        referenceSignal = reference(t);
+        trackingError = x1 - referenceSignal;
+        writeCsv(t, x1, x2, thetaHat, referenceSignal, trackingError);
+        report(thetaHat, trackingError);
+        draw(t, x1, thetaHat, referenceSignal, trackingError);
+        trajectory = struct('t', t, 'x1', x1, 'x2', x2, 'thetaHat', thetaHat, ...
+                            'referenceSignal', referenceSignal, 'trackingError', trackingError);
+    end
+
+solved = main();
+if nargout > 0
+    results = solved;
+end
 end

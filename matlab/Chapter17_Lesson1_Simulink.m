@@ -1,38 +1,42 @@
-function Chapter17_Lesson1_Simulink
+function results = Chapter17_Lesson1_Simulink
 %Chapter17_Lesson1_Simulink  The same program as Chapter17_Lesson1, as a Simulink model built here.
+%   results = Chapter17_Lesson1_Simulink also returns t, x1, x2, thetaHat, referenceSignal and trackingError.
 %
 %   plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
 %   task      x1 follows r(t), and every signal stays bounded
 %   notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
-%             theta_hat: estimate of theta;  x_dot: time derivative of x;
-%             alpha1_x1: partial derivative of alpha1 with respect to x1
+%             phi: regressor;  thetaHat: estimate of theta;  xDot: time derivative of x;
+%             alpha1X1: partial derivative of alpha1 with respect to x1
 %   (n)       section n of the lesson
+%
+%   run       matlab -batch Chapter17_Lesson1_Simulink
+%             octave-cli --path octave --eval Chapter17_Lesson1_Simulink
 
 % SPDX-License-Identifier: MIT
 
 %% Parameters
 
-theta = 1.2;            % (10) true parameter, used by the plant alone
-k1 = 2.0;               % (10) gain on z1, positive
-k2 = 2.5;               % (10) gain on z2, positive
-gamma = 3.0;            % (10) adaptation gain, positive
-amplitude = 0.5;        % (10) of the reference
-omega = 0.7;            % (10) of the reference, rad/s
-x1_start = 1.2;         % (10) x1 at t = 0
-x2_start = -0.5;        % (10) x2 at t = 0
-theta_hat_start = 0.0;  % (10) theta_hat at t = 0
-t_final = 20.0;         % (10) horizon, s
-rel_tol = 1e-9;         % of ode45
-abs_tol = 1e-11;        % of ode45
-max_step = 0.02;        % of ode45, s
+thetaTrue = 1.2;      % (15) true parameter, used by the plant alone
+k1 = 2.0;             % (15) gain on z1, positive
+k2 = 2.5;             % (15) gain on z2, positive
+gamma = 3.0;          % (15) adaptation gain, positive
+amplitude = 0.5;      % (15) of the reference
+omega = 0.7;          % (15) of the reference, rad/s
+x1Start = 1.2;        % (15) x1 at t = 0
+x2Start = -0.5;       % (15) x2 at t = 0
+thetaHatStart = 0.0;  % (15) thetaHat at t = 0
+finalTime = 20.0;     % (15) horizon, s
+relTol = 1e-9;        % of ode45
+absTol = 1e-11;       % of ode45
+maxStep = 0.02;       % of ode45, s
 
-csv_name = 'Chapter17_Lesson1_simulink.csv';
-png_name = 'Chapter17_Lesson1_simulink.png';
+csvName = 'Chapter17_Lesson1_simulink.csv';
+trackingName = 'Chapter17_Lesson1_simulink_tracking.png';
 model = 'Chapter17_Lesson1_Simulink_Model';
 
 % The block's code cannot see the variables above: these lines put their values into it.
 parameters = {
-    ['theta = ' mat2str(theta) ';']
+    ['thetaTrue = ' mat2str(thetaTrue) ';']
     ['k1 = ' mat2str(k1) ';']
     ['k2 = ' mat2str(k2) ';']
     ['gamma = ' mat2str(gamma) ';']
@@ -43,154 +47,185 @@ parameters = {
 %% Reference
 
 reference = {
-    'r = amplitude * sin(omega * t);                        % (10) reference'
-    'r_dot = amplitude * omega * cos(omega * t);            % (10) its first derivative'
-    'r_ddot = -amplitude * omega * omega * sin(omega * t);  % (10) its second derivative'
+    'r = amplitude * sin(omega * t);                       % (15) reference'
+    'rDot = amplitude * omega * cos(omega * t);            % (15) its first derivative'
+    'rDDot = -amplitude * omega * omega * sin(omega * t);  % (15) its second derivative'
     };
 
 %% Controller
 
 controller = {
-    'z1 = x1 - r;                                  % (5) tracking error'
-    'alpha1 = -k1 * z1 - theta_hat * x1 + r_dot;   % (7) virtual control'
-    'z2 = x2 - alpha1;                             % (5) distance from the virtual control'
-    'alpha1_x1 = -k1 - theta_hat;                  % (7) partial derivative of alpha1'
-    'tau2 = x1 * z1 - alpha1_x1 * x1 * z2;         % (7) tuning function'
-    'theta_hat_dot = gamma * tau2;                 % (7) update law'
-    'alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * x1) + k1 * r_dot + r_ddot;  % (7) known part of alpha1'''
-    'u = alpha1_dot_known - z1 - k2 * z2 - x1 * theta_hat_dot;  % (7) control'
+    'phi = x1;                                   % (4) regressor'
+    'z1 = x1 - r;                                % (5) tracking error'
+    'alpha1 = -k1 * z1 - thetaHat * phi + rDot;  % (7) virtual control'
+    'z2 = x2 - alpha1;                           % (5) distance from the virtual control'
+    '% phi(x1) = x1 has the derivative 1'
+    'alpha1X1 = -k1 - thetaHat;                  % (7) partial derivative of alpha1'
+    'tau2 = phi * z1 - alpha1X1 * phi * z2;      % (7) tuning function'
+    'thetaHatDot = gamma * tau2;                 % (7) update law'
+    '% alpha1'' contains theta, by x1'': this is what is left of it with thetaHat in theta''s place'
+    'alpha1DotKnown = alpha1X1 * (x2 + thetaHat * phi) + k1 * rDot + rDDot;  % (7) known part'
+    '% alpha1 moves with thetaHat too: hence the last term'
+    'u = alpha1DotKnown - z1 - k2 * z2 - phi * thetaHatDot;  % (7) control'
     };
 
 %% Closed loop
 
 plant = {
-    'x1_dot = x2 + theta * x1;  % (7) plant, row 1'
-    'x2_dot = u;                % (7) plant, row 2'
+    'x1Dot = x2 + thetaTrue * phi;  % (7) plant, row 1'
+    'x2Dot = u;                     % (7) plant, row 2'
     };
 
-closed_loop = [
-    {'function [state_dot, r] = closed_loop(t, state)'}
+closedLoop = [
+    {'function [derivative, referenceSignal] = fcn(t, state)'; '%#codegen'}
     parameters
-    {'x1 = state(1);'; 'x2 = state(2);'; 'theta_hat = state(3);'}
+    {'x1 = state(1);'; 'x2 = state(2);'; 'thetaHat = state(3);'}
     reference
     controller
     plant
-    {'state_dot = [x1_dot; x2_dot; theta_hat_dot];'; 'end'}
+    {'derivative = [x1Dot; x2Dot; thetaHatDot];'; 'referenceSignal = r;'; 'end'}
     ];
 
-    function build_model()
+    function buildModel()
         if bdIsLoaded(model)
             close_system(model, 0);
         end
-        new_system(model);
+        if isfile([model '.slx'])
+            delete([model '.slx']);
+        end
+        new_system(model, 'Model');
         add_block('simulink/Sources/Clock', [model '/Clock'], 'Position', [40, 55, 70, 85]);
-        add_block('simulink/User-Defined Functions/MATLAB Function', [model '/Closed Loop'], ...
+        add_block('simulink/User-Defined Functions/MATLAB Function', [model '/Adaptive Closed Loop'], ...
                   'Position', [140, 40, 280, 140]);
-        root = sfroot();
-        chart = root.find('-isa', 'Stateflow.EMChart', 'Path', [model '/Closed Loop']);
-        chart.Script = strjoin(closed_loop', sprintf('\n'));
-        add_block('simulink/Continuous/Integrator', [model '/Integrator'], 'Position', [340, 50, 380, 80], ...
-                  'InitialCondition', mat2str([x1_start; x2_start; theta_hat_start]));
-        add_block('simulink/Sinks/To Workspace', [model '/State Log'], 'Position', [460, 50, 540, 80], ...
-                  'VariableName', 'state_log', 'SaveFormat', 'Structure With Time');
-        add_block('simulink/Sinks/To Workspace', [model '/Reference Log'], 'Position', [310, 100, 385, 130], ...
-                  'VariableName', 'reference_log', 'SaveFormat', 'Structure With Time');
-        add_line(model, 'Clock/1', 'Closed Loop/1', 'autorouting', 'on');
-        add_line(model, 'Integrator/1', 'Closed Loop/2', 'autorouting', 'on');
-        add_line(model, 'Closed Loop/1', 'Integrator/1', 'autorouting', 'on');
-        add_line(model, 'Closed Loop/2', 'Reference Log/1', 'autorouting', 'on');
-        add_line(model, 'Integrator/1', 'State Log/1', 'autorouting', 'on');
+        add_block('simulink/Continuous/Integrator', [model '/State Integrator'], 'Position', [340, 50, 380, 80], ...
+                  'InitialCondition', mat2str([x1Start; x2Start; thetaHatStart]));
+        add_block('simulink/Sinks/To Workspace', [model '/State Data'], 'Position', [460, 50, 540, 80], ...
+                  'VariableName', 'stateData', 'SaveFormat', 'Structure With Time', 'MaxDataPoints', 'inf');
+        add_block('simulink/Sinks/To Workspace', [model '/Reference Data'], 'Position', [310, 100, 395, 130], ...
+                  'VariableName', 'referenceData', 'SaveFormat', 'Structure With Time', 'MaxDataPoints', 'inf');
+        % the block has the ports of its function once it has the function, and not before
+        block = find(get_param(model, 'Object'), '-isa', 'Stateflow.EMChart', ...
+                     'Path', [model '/Adaptive Closed Loop']);
+        block.Script = strjoin(closedLoop', sprintf('\n'));
+        add_line(model, 'Clock/1', 'Adaptive Closed Loop/1', 'autorouting', 'on');
+        add_line(model, 'State Integrator/1', 'Adaptive Closed Loop/2', 'autorouting', 'on');
+        add_line(model, 'Adaptive Closed Loop/1', 'State Integrator/1', 'autorouting', 'on');
+        add_line(model, 'Adaptive Closed Loop/2', 'Reference Data/1', 'autorouting', 'on');
+        add_line(model, 'State Integrator/1', 'State Data/1', 'autorouting', 'on');
         set_param(model, 'SolverType', 'Variable-step', 'Solver', 'ode45', 'StartTime', '0', ...
-                  'StopTime', mat2str(t_final), 'RelTol', mat2str(rel_tol), 'AbsTol', mat2str(abs_tol), ...
-                  'AutoScaleAbsTol', 'off', 'MaxStep', mat2str(max_step));
+                  'StopTime', mat2str(finalTime), 'RelTol', mat2str(relTol), 'AbsTol', mat2str(absTol), ...
+                  'AutoScaleAbsTol', 'off', 'MaxStep', mat2str(maxStep), 'Refine', '1');
         save_system(model, [model '.slx']);
     end
 
 %% Integrate
 
-    function [t, x1, x2, theta_hat, r] = simulate()
-        build_model();
+    function [t, x1, x2, thetaHat, referenceSignal] = simulate()
+        buildModel();
         try
             output = sim(model, 'ReturnWorkspaceOutputs', 'on');
         catch problem
             error('Chapter17_Lesson1:integration', 'Chapter17_Lesson1: integration failed: %s\n', problem.message);
         end
-        close_system(model, 0);
-        t = output.state_log.time;
-        % a column signal is logged as 3-by-1-by-N, a vector signal as N-by-3: both become N-by-3
-        states = reshape(permute(output.state_log.signals.values, [3, 1, 2]), numel(t), 3);
-        r = output.reference_log.signals.values(:);
-        if t(end) < t_final || ~all(isfinite(states(:)))
+        t = output.stateData.time;
+        % by release, a column signal is logged as N-by-3, as 3-by-1-by-N, or as one column of 3 N: all become N-by-3
+        state = output.stateData.signals.values;
+        if size(state, 1) ~= numel(t)
+            state = reshape(state, 3, [])';
+        end
+        referenceSignal = output.referenceData.signals.values(:);
+        if t(end) < finalTime || ~all(isfinite(state(:)))
             error('Chapter17_Lesson1:integration', ...
                   'Chapter17_Lesson1: integration failed at t = %g\n', t(end));
         end
-        [x1, x2, theta_hat] = deal(states(:, 1), states(:, 2), states(:, 3));
+        x1 = state(:, 1);
+        x2 = state(:, 2);
+        thetaHat = state(:, 3);
     end
 
 %% Write CSV
 
-    function write_csv(t, x1, x2, theta_hat, r)
-        part = [csv_name '.part'];  % renamed when complete, so that no half-written CSV looks whole
+    function writeCsv(t, x1, x2, thetaHat, referenceSignal, trackingError)
+        % renamed when complete, so that no half-written CSV looks whole
+        part = [csvName '.part'];
         file = -1;
-        if ~isfolder(csv_name)
+        if ~isfolder(csvName)
             file = fopen(part, 'w');
         end
         written = file >= 0;
         if written
             bytes = fprintf(file, 't,x1,x2,theta_hat,reference,tracking_error\n') ...
-                    + fprintf(file, '%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n', [t, x1, x2, theta_hat, r, x1 - r]');
+                    + fprintf(file, '%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n', ...
+                              [t, x1, x2, thetaHat, referenceSignal, trackingError]');
             fclose(file);
-            info = dir(part);
-            written = info.bytes == bytes && movefile(part, csv_name);  % a full disk shows in the size
+            info = dir(part);  % a full disk shows in the size
+            written = isscalar(info) && info.bytes == bytes && movefile(part, csvName, 'f');
         end
         if ~written
-            error('Chapter17_Lesson1:csv', 'Chapter17_Lesson1: cannot write %s\n', csv_name);
+            error('Chapter17_Lesson1:csv', 'Chapter17_Lesson1: cannot write %s\n', csvName);
         end
     end
 
 %% Report
 
-    function report(x1, theta_hat, r)
-        fprintf('Final tracking error: %.6e\n', x1(end) - r(end));
-        fprintf('Final parameter estimate: %.10f\n', theta_hat(end));
-        fprintf('True parameter: %.10f\n', theta);
-        fprintf('Data written to %s\n', csv_name);
+    function report(thetaHat, trackingError)
+        fprintf('Final tracking error: %.6e\n', trackingError(end));
+        fprintf('Final parameter estimate: %.10f\n', thetaHat(end));
+        fprintf('True parameter: %.10f\n', thetaTrue);
+        fprintf('Data written to %s\n', csvName);
     end
 
 %% Figures
 
-    function draw(t, x1, theta_hat, r)
-        windows = usejava('desktop');  % headless, the figure becomes a PNG file
-        if windows
-            window = figure();
+    function draw(t, x1, referenceSignal)
+        if inDesktop()
+            figure();
         else
-            window = figure('Visible', 'off');
+            figure('Visible', 'off');
         end
-        subplot(3, 1, 1);
-        plot(t, x1, '-', t, r, '--');
-        ylabel('output y');
-        legend({'x_1', 'r'});
-        subplot(3, 1, 2);
-        plot(t, x1 - r, '-');
-        ylabel('tracking error z_1');
-        legend({'z_1'});
-        subplot(3, 1, 3);
-        plot(t, theta_hat, '-', t, theta + 0 * t, '--');
-        ylabel('parameter, 1/s');
-        legend({'estimate of \theta', '\theta'});
+        plot(t, x1, '-', t, referenceSignal, '--', 'LineWidth', 1.4);
+        legend({'x_1', 'r'}, 'Location', 'northeast');
+        title('Adaptive-Backstepping Tracking');
         xlabel('time (s)');
-        if ~windows
-            print(window, png_name, '-dpng');
-            close(window);
+        ylabel('output y');
+        grid('on');
+        if ~inDesktop()  % headless, the figure becomes a PNG file
+            print(gcf(), trackingName, '-dpng');
+            close(gcf());
         end
     end
 
-    function main()
-        [t, x1, x2, theta_hat, r] = simulate();
-        write_csv(t, x1, x2, theta_hat, r);
-        report(x1, theta_hat, r);
-        draw(t, x1, theta_hat, r);
+    function showModel()
+        if inDesktop()
+            open_system(model);
+            fprintf('Model saved to %s.slx\n', model);
+        else
+            close_system(model, 0);
+        end
     end
 
-main();
+    function answer = inDesktop()
+        % usejava is on its way out, and says no in MATLAB Online; where desktop cannot tell, usejava does
+        try
+            answer = desktop('inuse');
+        catch
+            answer = usejava('desktop');
+        end
+    end
+
+    function trajectory = main()
+        [t, x1, x2, thetaHat, referenceSignal] = simulate();
+        trackingError = x1 - referenceSignal;
+        writeCsv(t, x1, x2, thetaHat, referenceSignal, trackingError);
+        report(thetaHat, trackingError);
+        draw(t, x1, referenceSignal);
+        showModel();
+        trajectory = struct('t', t, 'x1', x1, 'x2', x2, 'thetaHat', thetaHat, ...
+                            'referenceSignal', referenceSignal, 'trackingError', trackingError);
+    end
+
+solved = main();
+if nargout > 0
+    results = solved;
+end
 end

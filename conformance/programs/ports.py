@@ -52,7 +52,13 @@ class Port:
     engines: tuple[Engine, ...]
     target: str = ""  # what make builds in the build folder before the program can run
     rows: int = 0  # how many times the contract logs; 0: the solver's own
-    names: str = "snake"  # or camel
+    names: str = "snake"  # or camel: theta_hat, or thetaHat
+    constants: str = ""  # upper, where the constants of the section Parameters stand in capitals
+    exceptions: tuple[tuple[str, str], ...] = ()  # names that differ from the other programs' in more than their case
+    signal: str = "{name}"  # how the value of a signal at the time t is written
+    definition: str = "{name} = {expression}"  # and how it is defined
+    derivative: str = ""  # and how a row of the plant, where it is not defined as any signal
+    lesson_names: tuple[str, ...] = ()  # of the lesson's own listing, each of which the program uses
     constant: str = "{name} = {value}"  # how a constant is stated in the section Parameters
     functions: tuple[tuple[str, str], ...] = (("sin", "sin({})"), ("cos", "cos({})"))
     drawing: tuple[str, ...] = ()  # the lines that draw the figure, which a variant leaves out

@@ -29,7 +29,7 @@ STEPS = (
     Step("virtual-control", "Virtual control", "Controller"),
     Step("tuning-function", "Tuning function", wording="(5) distance from the virtual control"),
     Step("update-law", "Update law", wording="(7) update law"),
-    Step("control", "Control", wording="(7) known part of alpha1'"),
+    Step("control", "Control", wording="(7) known part"),
     Step("plant", "Plant", "Closed loop"),
     Step("integration", "Integration", "Integrate"),
     Step("csv", "CSV", "Write CSV"),
@@ -49,28 +49,39 @@ def sections(port: Port) -> list[str]:
     return re.findall(f"^ *{pattern},?$", source(port), flags=re.MULTILINE)
 
 
+def camel(text: str) -> str:
+    """snake_case names as camelCase: thetaHat, and rDDot for r_ddot."""
+    return re.sub(r"(?<=[a-z0-9])_(dd|[a-z0-9])", lambda m: m[1].upper(), text)
+
+
 def snake(text: str) -> str:
-    """The text with thetaHat spelled theta_hat."""
-    return re.sub(r"(?<=[a-z0-9])([A-Z])", lambda m: "_" + m[1].lower(), text)
+    """camelCase names as snake_case: the inverse of `camel`."""
+    return re.sub(r"(?<=[a-z0-9])(DD|[A-Z])", lambda m: "_" + m[1].lower(), text)
 
 
-def statement(text: str) -> str:
-    """A tagged statement without what is the language's own."""
+def statement(port: Port, text: str) -> str:
+    """A tagged statement in the words that all programs share, without what is the language's own."""
     text = re.sub(r"\b(constexpr|const|static|final|double|return)\b", "", text)
     text = re.sub(r"\b(np\.|std::|Math\.|control\.)", "", text)
-    text = re.sub(r"\b(Sin|Cos)\[([^]]*)\]", lambda m: f"{m[1].lower()}({m[2]})", text)
     text = re.sub(r'^ *Cell\["', "", text)
-    return snake(" ".join(text.strip(" ;'").split()))
+    if port.signal != "{name}":  # the notebook's functions of t, and its equations
+        text = re.sub(r"(\w+)'\[t\] ==", r"\1Dot =", text)
+        text = re.sub(r"\[t_?\]", "", text).replace(":=", "=")
+        text = re.sub(r"\b(Sin|Cos)\[([^]]*)\]", lambda m: f"{m[1].lower()}({m[2]})", text)
+    if port.constants == "upper":
+        text = re.sub(r"\b[A-Z][A-Z0-9_]*\b", lambda m: m[0].lower(), text)
+    text = snake(" ".join(text.strip(" ;,'").split()))
+    for common, own in port.exceptions:
+        text = re.sub(rf"\b{own}\b", common, text)
+    return text
 
 
-def statements(text: str, comment: tuple[str, str]) -> list[tuple[str, str, str]]:
-    """(tag, wording, statement) of every tagged line of a program's text, in order."""
-    leader, end = (re.escape(part.strip()) for part in comment)
-    pattern = rf"^(.*?) *{leader} *(\(\d+\)) (.*?){' *' + end if end else ''}$"
+def statements(port: Port, text: str) -> list[tuple[str, str, str]]:
+    """(tag, wording, statement) of every tagged line of a text in the port's language, in order."""
+    leader, end = (re.escape(part.strip()) for part in port.comment)
+    pattern = rf"^(.*?) *{leader} *(\(\d+\)) (.*?){' *' + end if end else ''}(?:[\"'])?(?:, \"Input\"\],)?$"
     found = re.findall(pattern, text, flags=re.MULTILINE)
-    unquoted = [(text, tag, wording.removesuffix("'").replace("''", "'") if text.lstrip()[:1] == "'" else wording)
-                for text, tag, wording in found if text.strip(" %")]  # fmt: skip
-    return [(tag, snake(wording), statement(text)) for text, tag, wording in unquoted]
+    return [(tag, snake(wording), statement(port, text)) for text, tag, wording in found if text.strip(" %")]
 
 
 def code(port: Port) -> str:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Edits of a program's text: replacements, constants by name, and another scenario, in every port's own spelling."""
 
+import functools
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -8,11 +9,11 @@ from decimal import Decimal
 from fractions import Fraction
 
 from conformance.programs.ports import Port
-from conformance.programs.sources import source
+from conformance.programs.sources import camel, source
 from conformance.theory.scenario import LESSON, NUMBERS, Scenario
 
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
-CONSTANT_OF = {"horizon": "t_final"}  # where a program's name for it is another
+CONSTANT_OF = {"horizon": "final_time", "theta": "theta_true"}  # where a program's name for it is another
 WAVES = {  # r and its first two derivatives, as (sign, function)
     "sin": (("", "sin"), ("", "cos"), ("-", "sin")),
     "cos": (("", "cos"), ("-", "sin"), ("-", "cos")),
@@ -39,15 +40,39 @@ def edited(text: str, edits: Iterable[Edit]) -> str:
 
 
 def spelled(port: Port, text: str) -> str:
-    """Statements in snake_case with sin() and cos(), as the port spells them."""
-    functions = dict(port.functions)
-    text = re.sub(r"\b(sin|cos)\(([^()]*)\)", lambda m: functions[m[1]].format(m[2]), text)
-    return camel(text) if port.names == "camel" else text
+    """A statement in snake_case with sin() and cos(), such as "z1 = x1 - r", as the port spells it."""
+    defined, equals, expression = text.partition(" = ")
+    if not equals:
+        return _expression(port, text)
+    row = port.derivative and re.fullmatch(r"(x\d+)_dot", defined)
+    pattern, name = (port.derivative, row[1]) if row else (port.definition, defined)
+    return pattern.format(name=spelled_name(port, name), expression=_expression(port, expression))
 
 
-def camel(text: str) -> str:
-    """snake_case names as camelCase."""
-    return re.sub(r"(?<=[a-z0-9])_([a-z0-9])", lambda m: m[1].upper(), text)
+def _expression(port: Port, text: str) -> str:
+    """An expression with its functions, constants and signals as the port spells them."""
+    functions, constants = dict(port.functions), constant_names(port)
+
+    def name(match: re.Match[str]) -> str:
+        own = spelled_name(port, match[0])
+        return own if own in constants or match[0] in ("t", "sin", "cos") else port.signal.format(name=own)
+
+    text = re.sub(r"(?<![\w.])[a-z]\w*", name, text)
+    return re.sub(r"\b(sin|cos)\(((?:[^()]|\([^()]*\))*)\)", lambda m: functions[m[1]].format(m[2]), text)
+
+
+def spelled_name(port: Port, name: str) -> str:
+    """A name in snake_case as the port spells it: a constant in capitals where the port has it so."""
+    own = dict(port.exceptions).get(name, camel(name) if port.names == "camel" else name)
+    upper = name.upper()
+    return upper if port.constants == "upper" and upper in constant_names(port) else own
+
+
+@functools.cache
+def constant_names(port: Port) -> frozenset[str]:
+    """The names that the section Parameters states, as the port spells them."""
+    pattern = re.escape(port.constant.partition("{value}")[0]).replace(re.escape("{name}"), r"(\w+)")
+    return frozenset(re.findall(rf"^ *(?:Cell\[\")?{pattern}", parameters(port, source(port)), flags=re.MULTILINE))
 
 
 def parameters(port: Port, text: str) -> str:
@@ -58,7 +83,9 @@ def parameters(port: Port, text: str) -> str:
 
 def constant_value(port: Port, text: str, name: str) -> str | None:
     """A constant as the section Parameters states it; None where the program has none of that name."""
-    before, after = (re.escape(part) for part in port.constant.format(name=spelled(port, name), value="\0").split("\0"))
+    before, after = (
+        re.escape(part) for part in port.constant.format(name=spelled_name(port, name), value="\0").split("\0")
+    )
     found = re.findall(rf"(?<!\w){before}({NUMBER}){after}", parameters(port, text))
     return found[0] if len(found) == 1 else None
 
@@ -67,8 +94,8 @@ def constant_edit(port: Port, text: str, name: str, value: str) -> Edit:
     """The edit that gives a constant (named in snake_case) another value; raises ValueError where there is none."""
     old = constant_value(port, text, name)
     if old is None:
-        raise ValueError(f"no constant {spelled(port, name)!r} in the section Parameters")
-    return Edit(*(port.constant.format(name=spelled(port, name), value=number) for number in (old, value)))
+        raise ValueError(f"no constant {spelled_name(port, name)!r} in the section Parameters")
+    return Edit(*(port.constant.format(name=spelled_name(port, name), value=number) for number in (old, value)))
 
 
 def decimal(value: Fraction) -> str:

@@ -26,7 +26,7 @@ EQUIVALENT = Path(__file__).with_name("equivalent_mutants.toml")
 OPPOSITE = {"+": "-", "-": "+", "*": "/", "/": "*"}
 SITE = re.compile(
     r"(?<= )(?P<operator>[-+*/])(?= )"  # between operands
-    r"|(?<== )(?P<minus>-)(?=[a-z])"  # of a first operand
+    r"|(?<== )(?P<minus>-)(?=[A-Za-z])"  # of a first operand
     r"|(?<![\w.\[])(?P<number>\d+(?:\.\d+)?)(?![\w.\]])"  # but no index
 )
 
@@ -75,7 +75,7 @@ def mutants(port: Port) -> list[Mutant]:
 def _arithmetic(port: Port, text: str) -> Iterator[int]:
     """The lines, from 0, of the tagged statements and of a step that is written out."""
     tagged = re.compile(rf"\S.*{re.escape(port.comment[0])}\(\d+\) ")
-    step = re.compile(r"\b(h|step)\b")
+    step = re.compile(r"\b([hH]|step)\b")
     begin, end = (text.index(port.section.format(title)) for title in ("Parameters", "Write CSV"))
     integrate = text.index(port.section.format("Integrate"))
     place = 0

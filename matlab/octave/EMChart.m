@@ -1,5 +1,5 @@
 classdef EMChart < handle
-%EMChart  What sfroot().find('-isa', 'Stateflow.EMChart', ...) finds: the code of a MATLAB Function block.
+%EMChart  What find(.., '-isa', 'Stateflow.EMChart', ..) finds in a model's object: the code of a MATLAB Function block.
 % SPDX-License-Identifier: MIT
   properties
     Path = '';

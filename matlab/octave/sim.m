@@ -49,7 +49,7 @@ function options = solver_options(settings, span)
     settings.MaxStep = mat2str(diff(span) / 50);  % as documented for a variable-step solver
   end
   options = odeset('RelTol', number(settings, 'RelTol'), 'AbsTol', number(settings, 'AbsTol'), ...
-                   'MaxStep', number(settings, 'MaxStep'));
+                   'MaxStep', number(settings, 'MaxStep'), 'Refine', number(settings, 'Refine'));
 end
 
 function wires = wire(model)
@@ -209,6 +209,13 @@ function output = save_signal(output, model, block, time, samples)
     error('Simulink:blocks:ToWorkspaceName', ...
           'block ''%s/%s'': another block already logs to ''%s''\n', model.name, block.name, name);
   end
+  most = str2double(block.parameters.MaxDataPoints);
+  if isnan(most)
+    error('Simulink:blocks:ToWorkspaceLimit', 'block ''%s/%s'': MaxDataPoints ''%s'' is no number\n', ...
+          model.name, block.name, block.parameters.MaxDataPoints);
+  end
+  kept = max(1, numel(samples) - most + 1):numel(samples);
+  [time, samples] = deal(time(kept), samples(kept));
   if isscalar(samples{1})
     values = vertcat(samples{:});
   else

@@ -12,7 +12,7 @@ function entry = simulink_library(source)
     case 'simulink/User-Defined Functions/MATLAB Function'
       entry = block(1, 1, true, struct());
     case 'simulink/Sinks/To Workspace'
-      entry = block(1, 0, false, struct('VariableName', 'simout', 'SaveFormat', 'Timeseries'));
+      entry = block(1, 0, false, struct('VariableName', 'simout', 'SaveFormat', 'Timeseries', 'MaxDataPoints', 'inf'));
     otherwise
       error('Simulink:Commands:AddBlockCantAdd', 'there is no library block named ''%s''\n', source);
   end

@@ -9,18 +9,18 @@ EQUATIONS = {
     "reference": (
         r"r = A \sin\omega t, \quad \dot r = A \omega \cos\omega t, \quad \ddot r = -A \omega^2 \sin\omega t",
     ),
-    "virtual-control": (r"z_1 = x_1 - r", r"\alpha_1 = -k_1 z_1 - \hat\theta x_1 + \dot r"),
+    "virtual-control": (r"\varphi = x_1", r"z_1 = x_1 - r", r"\alpha_1 = -k_1 z_1 - \hat\theta \varphi + \dot r"),
     "tuning-function": (
         r"z_2 = x_2 - \alpha_1",
         ALPHA1_X1 + r" = -k_1 - \hat\theta",
-        r"\tau_2 = x_1 z_1 - " + ALPHA1_X1 + r" x_1 z_2",
+        r"\tau_2 = \varphi z_1 - " + ALPHA1_X1 + r" \varphi z_2",
     ),
     "update-law": (r"\dot{\hat\theta} = \gamma \tau_2",),
     "control": (
-        r"\dot\alpha_1^{\text{known}} = " + ALPHA1_X1 + r" (x_2 + \hat\theta x_1) + k_1 \dot r + \ddot r",
-        r"u = \dot\alpha_1^{\text{known}} - z_1 - k_2 z_2 - x_1 \dot{\hat\theta}",
+        r"\dot\alpha_1^{\text{known}} = " + ALPHA1_X1 + r" (x_2 + \hat\theta \varphi) + k_1 \dot r + \ddot r",
+        r"u = \dot\alpha_1^{\text{known}} - z_1 - k_2 z_2 - \varphi \dot{\hat\theta}",
     ),
-    "plant": (r"\dot x_1 = x_2 + \theta x_1", r"\dot x_2 = u"),
+    "plant": (r"\dot x_1 = x_2 + \theta \varphi", r"\dot x_2 = u"),
     "csv": (r"t, \; x_1, \; x_2, \; \hat\theta, \; r, \; z_1 = x_1 - r",),
     "report": (r"z_1(T), \quad \hat\theta(T), \quad \theta",),
 }

@@ -5,23 +5,23 @@
 #     plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
 #     task      x1 follows r(t), and every signal stays bounded
 #     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
-#               theta_hat: estimate of theta;  x_dot: time derivative of x;
+#               phi: regressor;  theta_hat: estimate of theta;  x_dot: time derivative of x;
 #               alpha1_x1: partial derivative of alpha1 with respect to x1
 #     (n)       section n of the lesson
 
 # ---- Parameters ----
 
 BEGIN {
-    theta = 1.2  # (10) true parameter, used by the plant alone
-    k1 = 2.0  # (10) gain on z1, positive
-    k2 = 2.5  # (10) gain on z2, positive
-    gamma = 3.0  # (10) adaptation gain, positive
-    amplitude = 0.5  # (10) of the reference
-    omega = 0.7  # (10) of the reference, rad/s
-    x1_start = 1.2  # (10) x1 at t = 0
-    x2_start = -0.5  # (10) x2 at t = 0
-    theta_hat_start = 0.0  # (10) theta_hat at t = 0
-    t_final = 20.0  # (10) horizon, s
+    theta_true = 1.2  # (15) true parameter, used by the plant alone
+    k1 = 2.0  # (15) gain on z1, positive
+    k2 = 2.5  # (15) gain on z2, positive
+    gamma = 3.0  # (15) adaptation gain, positive
+    amplitude = 0.5  # (15) of the reference
+    omega = 0.7  # (15) of the reference, rad/s
+    x1_start = 1.2  # (15) x1 at t = 0
+    x2_start = -0.5  # (15) x2 at t = 0
+    theta_hat_start = 0.0  # (15) theta_hat at t = 0
+    final_time = 20.0  # (15) horizon, s
     h = 0.002  # step of RK4, and interval between logged times, s
     csv_name = "Chapter17_Lesson1_awk.csv"
     main()
@@ -30,30 +30,34 @@ BEGIN {
 # ---- Reference ----
 
 function reference(t) {
-    r = amplitude * sin(omega * t)  # (10) reference
-    r_dot = amplitude * omega * cos(omega * t)  # (10) its first derivative
-    r_ddot = -amplitude * omega * omega * sin(omega * t)  # (10) its second derivative
+    r = amplitude * sin(omega * t)  # (15) reference
+    r_dot = amplitude * omega * cos(omega * t)  # (15) its first derivative
+    r_ddot = -amplitude * omega * omega * sin(omega * t)  # (15) its second derivative
 }
 
 # ---- Controller ----
 
 function controller(t, x1, x2, theta_hat) {
     reference(t)
+    phi = x1  # (4) regressor
     z1 = x1 - r  # (5) tracking error
-    alpha1 = -k1 * z1 - theta_hat * x1 + r_dot  # (7) virtual control
+    alpha1 = -k1 * z1 - theta_hat * phi + r_dot  # (7) virtual control
     z2 = x2 - alpha1  # (5) distance from the virtual control
+    # phi(x1) = x1 has the derivative 1
     alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1
-    tau2 = x1 * z1 - alpha1_x1 * x1 * z2  # (7) tuning function
+    tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function
     theta_hat_dot = gamma * tau2  # (7) update law
-    alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * x1) + k1 * r_dot + r_ddot  # (7) known part of alpha1'
-    u = alpha1_dot_known - z1 - k2 * z2 - x1 * theta_hat_dot  # (7) control
+    # alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place
+    alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * phi) + k1 * r_dot + r_ddot  # (7) known part
+    # alpha1 moves with theta_hat too: hence the last term
+    u = alpha1_dot_known - z1 - k2 * z2 - phi * theta_hat_dot  # (7) control
 }
 
 # ---- Closed loop ----
 
 function closed_loop(t, x1, x2, theta_hat) {
     controller(t, x1, x2, theta_hat)
-    x1_dot = x2 + theta * x1  # (7) plant, row 1
+    x1_dot = x2 + theta_true * phi  # (7) plant, row 1
     x2_dot = u  # (7) plant, row 2
 }
 
@@ -86,7 +90,7 @@ function write_row(t) {
 # ---- Report ----
 
 function main(    i, steps) {
-    steps = int(t_final / h + 1 / 2)
+    steps = int(final_time / h + 1 / 2)
     x[1] = x1_start
     x[2] = x2_start
     x[3] = theta_hat_start
@@ -100,6 +104,6 @@ function main(    i, steps) {
     if (system("mv " csv_name ".part " csv_name)) exit 1
     printf "Final tracking error: %.6e\n", x[1] - r
     printf "Final parameter estimate: %.10f\n", x[3]
-    printf "True parameter: %.10f\n", theta
+    printf "True parameter: %.10f\n", theta_true
     print "Data written to " csv_name
 }

@@ -9,6 +9,7 @@ import pytest
 
 from conformance.programs.ports import Port, read_ports
 from conformance.programs.sources import SECTIONS, STEPS, code, cut, sections, snake, source, statements
+from conformance.trials.edits import constant_value
 
 ALL = read_ports()
 FIRST = next(iter(ALL.values()))
@@ -26,7 +27,7 @@ def section(port: Port, title: str) -> str:
 
 
 def steps(port: Port) -> list[tuple[str, str, str]]:
-    return statements(source(port), port.comment)
+    return statements(port, source(port))
 
 
 @every_port
@@ -37,6 +38,33 @@ def test_sections_stand_in_the_common_order(any_port: Port) -> None:
 @every_port
 def test_statements_and_their_wording_are_the_same_in_every_program(any_port: Port) -> None:
     assert steps(any_port) == steps(FIRST)
+
+
+@every_port
+def test_comments_between_the_statements_are_the_same_in_every_program(any_port: Port) -> None:
+    assert explanations(any_port) == explanations(FIRST)
+
+
+def explanations(port: Port) -> list[str]:
+    """The lines of the section Controller that are comments."""
+    leader, end = (re.escape(part.strip()) for part in port.comment)
+    lines = re.findall(rf"^ *'?{leader} (.*?)(?: *{end})?'?$", section(port, "Controller"), flags=re.MULTILINE)
+    return [snake(line.replace("''", "'")) for line in lines if "----" not in line]
+
+
+def test_there_are_comments_between_the_statements() -> None:
+    assert len(explanations(FIRST)) == 3
+
+
+@every_port
+def test_names_are_those_of_the_lessons_listing(any_port: Port) -> None:
+    leader = re.escape(any_port.comment[0].strip())
+    bare = re.sub(rf"(?<!%) *{leader}.*", "", code(any_port))
+    assert [name for name in any_port.lesson_names if not re.search(rf"\b{name}\b", bare)] == []
+
+
+def test_each_of_the_six_has_names_of_the_lesson() -> None:
+    assert all(len(port.lesson_names) > 20 for port in ALL.values())
 
 
 @every_port
@@ -60,14 +88,17 @@ def test_steps_that_are_not_the_lessons_are_refused(change: str, tmp_path: Path)
 
 def test_statements_cover_the_lesson() -> None:
     tags = [tag for tag, _, _ in steps(FIRST)]
-    assert tags.count("(10)") == 13 and tags.count("(5)") == 2 and tags.count("(7)") == 8
+    assert tags == [*["(15)"] * 13, "(4)", "(5)", "(7)", "(5)", *["(7)"] * 7]
 
 
 @every_port
 def test_constants_stand_in_the_parameters_alone(any_port: Port) -> None:
     parameters = section(any_port, "Parameters")
     elsewhere = source(any_port).replace(parameters, "")
-    assert set(re.findall(r"(?<![\w.%:])\d+\.\d+|\d+e-\d+", elsewhere)) <= {"0.0"}
+    assert set(re.findall(r"(?<![\w.%:])\d+\.\d+|\d+e-\d+", elsewhere)) <= {
+        "0.0",
+        "1.4",
+    }  # the line width of the lesson's figures
 
 
 @every_port
@@ -84,7 +115,7 @@ def notation(port: Port) -> str:
 @every_port
 def test_controller_does_not_use_theta(any_port: Port) -> None:
     code = re.sub(re.escape(any_port.comment[0].strip()) + ".*", "", section(any_port, "Controller"))
-    assert not re.search(r"\btheta\b", code)
+    assert not re.search(r"\btheta_?true\b", code, flags=re.IGNORECASE)
 
 
 ODE45 = {"rel_tol": "1e-9", "abs_tol": "1e-11", "max_step": "0.02"}
@@ -100,9 +131,8 @@ SETTINGS = {  # of the integrators, by the contract; the tagged parameters are c
 
 @every_port
 def test_settings_of_the_integrator_are_those_of_the_contract(any_port: Port) -> None:
-    parameters = snake(section(any_port, "Parameters"))
     for name, value in SETTINGS.get(any_port.name, {}).items():
-        assert re.search(rf"\b{name} = {re.escape(value)}(;| )", parameters), f"{name} = {value}"
+        assert constant_value(any_port, source(any_port), name) == value
 
 
 @every_port
@@ -116,39 +146,54 @@ def test_every_parameter_is_used(any_port: Port) -> None:
     assert [name for name in names if not re.search(rf"\b{name}\b", passed_on + elsewhere)] == []
 
 
-OCTAVE_FIGURE = [
-    "plot(t, x1, '-', t, r, '--')", "ylabel('output y')", "legend({'x_1', 'r'})",
-    "plot(t, x1 - r, '-')", "ylabel('tracking error z_1')", "legend({'z_1'})",
-    "plot(t, theta_hat, '-', t, theta + 0 * t, '--')", "ylabel('parameter, 1/s')",
-    r"legend({'estimate of \theta', '\theta'})", "xlabel('time (s)')", "print(window, png_name, '-dpng')",
+OCTAVE_TRACKING = [
+    "plot(t, x1, '-', t, referenceSignal, '--', 'LineWidth', 1.4)", "legend({'x_1', 'r'}, 'Location', 'northeast')",
 ]  # fmt: skip
-FIGURES = {  # the curves, legends and labels of the three panels, in order
+FIGURES = {  # the curves, legends, titles and labels, and what saves them, in order
     "python": [
-        'tracking.plot(t, x1, "-", label="$x_1$")', 'tracking.plot(t, r, "--", label="$r$")', '"output y"',
-        'error.plot(t, x1 - r, "-", label="$z_1$")', '"tracking error $z_1$"',
-        r'estimate.plot(t, theta_hat, "-", label=r"estimate of $\theta$")',
-        r'estimate.plot(t, np.full_like(t, theta), "--", label=r"$\theta$")', '"parameter, 1/s"', '"time (s)"',
-        "axes.legend()", "savefig(png_name)",
+        'axes.plot(t, x1, label="$x_1$")', 'axes.plot(t, r, "--", label="$r$")',
+        '(title="Adaptive-Backstepping Tracking", xlabel="time (s)", ylabel="output y")', "axes.legend(", "axes.grid()",
+        'axes.plot(t, tracking_error, label="$z_1 = x_1 - r$")',
+        '(title="Tracking Error", xlabel="time (s)", ylabel="tracking error $z_1$")', "axes.legend(", "axes.grid()",
+        r'axes.plot(t, theta_hat, label=r"$\hat{\theta}$")',
+        r'axes.axhline(THETA_TRUE, color="C1", linestyle="--", label=r"$\theta$")',
+        '(title="Parameter Estimate", xlabel="time (s)", ylabel="parameter (1/s)")', "axes.legend(", "axes.grid()",
+        "tracking_figure.savefig(TRACKING_NAME)", "error_figure.savefig(ERROR_NAME)",
+        "estimate_figure.savefig(ESTIMATE_NAME)",
     ],
-    "matlab": OCTAVE_FIGURE,
-    "simulink": OCTAVE_FIGURE,
+    "matlab": [
+        *OCTAVE_TRACKING, "endFigure('Adaptive-Backstepping Tracking', 'output y', trackingName)",
+        "plot(t, trackingError, '-', 'LineWidth', 1.4)", "legend({'z_1 = x_1 - r'}, 'Location', 'northeast')",
+        "endFigure('Tracking Error', 'tracking error z_1', errorName)",
+        "plot(t, thetaHat, '-', 'LineWidth', 1.4)", "yline(thetaTrue, '--', 'LineWidth', 1.4)",
+        r"legend({'estimate of \theta', '\theta'}, 'Location', 'northeast')",
+        "endFigure('Parameter Estimate', 'parameter (1/s)', estimateName)",
+        "title(heading)", "xlabel('time (s)')", "ylabel(label)", "grid('on')", "print(gcf(), name, '-dpng')",
+    ],
+    "simulink": [
+        *OCTAVE_TRACKING, "title('Adaptive-Backstepping Tracking')", "xlabel('time (s)')", "ylabel('output y')",
+        "grid('on')", "print(gcf(), trackingName, '-dpng')", "open_system(model)", "Model saved to %s.slx",
+    ],
     "mathematica": [
-        r"PlotLegends -> legends", r"FrameLabel -> {\"time (s)\", label}",
-        r"panel[{x1, r}, {\"x1\", \"r\"}, \"output y\"]",
-        r"panel[{x1 - r}, {\"z1\"}, \"tracking error z1\"]",
-        r"panel[{thetaHat, 0 * t + theta}, {\"estimate of theta\", \"theta\"}, \"parameter, 1/s\"]",
-        "Export[pngName, figure]",
+        "trackingPlot = Plot[{x1Solution[t], r[t]}, {t, 0, finalTime}", "GridLines", "PlotStyle -> {{}, Dashed}",
+        r'PlotLegends -> {\"x1\", \"r\"}', r'{\"time (s)\", \"output y\"}', "Adaptive-Backstepping Tracking",
+        "errorPlot = Plot[x1Solution[t] - r[t], {t, 0, finalTime}", "GridLines", r'{\"z1 = x1 - r\"}',
+        r'{\"time (s)\", \"tracking error z1\"}', "Tracking Error",
+        "parameterPlot = Plot[{thetaHatSolution[t], thetaTrue}, {t, 0, finalTime}", "GridLines",
+        "PlotStyle -> {{}, Dashed}", r'{\"estimate of theta\", \"theta\"}', r'{\"time (s)\", \"parameter (1/s)\"}',
+        "Parameter Estimate", "save[trackingName, trackingPlot]", "save[errorName, errorPlot]",
+        "save[estimateName, parameterPlot]",
     ],
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_figures_show_tracking_error_and_estimate(name: str) -> None:
+def test_figures_show_what_the_lessons_show(name: str) -> None:
     text = source(ALL[name])
-    figures = text[text.index(ALL[name].section.format("Figures")) :]
-    places = [figures.find(fragment) for fragment in FIGURES[name]]
-    assert -1 not in places, FIGURES[name][places.index(-1)]
-    assert places == sorted(places)
+    rest = text[text.index(ALL[name].section.format("Figures")) :]
+    for fragment in FIGURES[name]:
+        _, found, rest = rest.partition(fragment)
+        assert found, fragment
 
 
 def test_notebook_has_one_input_cell_per_section() -> None:

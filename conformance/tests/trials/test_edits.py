@@ -6,16 +6,22 @@ from fractions import Fraction
 import pytest
 
 from conformance.programs.ports import Port, read_ports
+from conformance.programs.sources import source, statement
 from conformance.theory.scenario import LESSON, NUMBERS, SCENARIOS, Scenario
-from conformance.trials.edits import Edit, constant_edit, constant_value, decimal, edited, scenario_edits, spelled
+from conformance.trials.edits import (
+    CONSTANT_OF,
+    Edit,
+    constant_edit,
+    constant_value,
+    decimal,
+    edited,
+    scenario_edits,
+    spelled,
+)
 
 PORTS = read_ports()
 every_port = pytest.mark.parametrize("any_port", PORTS.values(), ids=PORTS)
 OTHER = Scenario(**{name: Fraction(n + 3, 4) for n, name in enumerate(NUMBERS)}, wave="cos")
-
-
-def source(port: Port) -> str:
-    return port.source_path.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("text", "count"), [("y = 1", 0), ("x = 1; x = 1", 2)])
@@ -33,8 +39,8 @@ def test_every_constant_of_a_scenario_can_be_set_in_every_port(any_port: Port) -
     text = edited(source(any_port), scenario_edits(any_port, source(any_port), OTHER))
     for name in NUMBERS:
         if name != "phase":
-            constant = "t_final" if name == "horizon" else name
-            assert Fraction(constant_value(any_port, text, constant) or 0) == getattr(OTHER, name), name
+            constant = constant_value(any_port, text, CONSTANT_OF.get(name, name))
+            assert Fraction(constant or 0) == getattr(OTHER, name), name
 
 
 @every_port
@@ -45,12 +51,12 @@ def test_the_lessons_own_scenario_edits_nothing(any_port: Port) -> None:
 @every_port
 def test_problem_6_changes_the_reference_and_both_derivatives(any_port: Port) -> None:
     text = edited(source(any_port), scenario_edits(any_port, source(any_port), SCENARIOS["problem-6"]))
-    for statement in (
+    for line in (
         "r = amplitude * cos(omega * t)",
         "r_dot = -amplitude * omega * sin(omega * t)",
         "r_ddot = -amplitude * omega * omega * cos(omega * t)",
     ):
-        assert text.count(spelled(any_port, statement)) == 1
+        assert text.count(spelled(any_port, line)) == 1
 
 
 @every_port
@@ -61,14 +67,16 @@ def test_a_constant_that_is_not_there_is_refused(any_port: Port) -> None:
 
 def test_names_and_functions_are_spelled_as_the_port_spells_them() -> None:
     wanted = {
-        "python": "alpha1_x1 + np.sin(x_dot)",
-        "cpp": "alpha1_x1 + std::sin(x_dot)",
-        "java": "alpha1X1 + Math.sin(xDot)",
-        "matlab": "alpha1_x1 + sin(x_dot)",
-        "simulink": "alpha1_x1 + sin(x_dot)",
-        "mathematica": "alpha1X1 + Sin[xDot]",
+        "python": "u = K1 * alpha1_x1 + GAMMA * np.sin(r_ddot)",
+        "cpp": "u = k1 * alpha1_x1 + gamma_gain * std::sin(r_ddot)",
+        "java": "u = K1 * alpha1X1 + GAMMA * Math.sin(rDDot)",
+        "matlab": "u = k1 * alpha1X1 + gamma * sin(rDDot)",
+        "simulink": "u = k1 * alpha1X1 + gamma * sin(rDDot)",
+        "mathematica": "control[t_] := k1 * alpha1X1[t] + gamma * Sin[rDDot[t]]",
     }
-    assert {name: spelled(PORTS[name], "alpha1_x1 + sin(x_dot)") for name in wanted} == wanted
+    common = "u = k1 * alpha1_x1 + gamma * sin(r_ddot)"
+    assert {name: spelled(PORTS[name], common) for name in wanted} == wanted
+    assert {name: statement(PORTS[name], text) for name, text in wanted.items()} == dict.fromkeys(wanted, common)
 
 
 @pytest.mark.parametrize("value", ["20", "-0.5", "1e-5", "1/3", "123456789012"])

@@ -48,8 +48,7 @@ function build(model)
   add_block('simulink/User-Defined Functions/MATLAB Function', [model '/Loop']);
   add_block('simulink/Continuous/Integrator', [model '/Integrator'], 'InitialCondition', '1');
   add_block('simulink/Sinks/To Workspace', [model '/Log'], 'VariableName', 'x', 'SaveFormat', 'Structure With Time');
-  root = sfroot();
-  chart = root.find('-isa', 'Stateflow.EMChart', 'Path', [model '/Loop']);
+  chart = find(get_param(model, 'Object'), '-isa', 'Stateflow.EMChart', 'Path', [model '/Loop']);
   chart.Script = sprintf('function [x_dot, y] = f(t, x)\nx_dot = -x;\ny = t;\nend');
   set_param(model, 'Solver', 'ode45', 'StopTime', '1', 'RelTol', '1e-10', 'AbsTol', '1e-12', 'AutoScaleAbsTol', 'off', 'MaxStep', '0.1');
   add_line(model, 'Clock/1', 'Loop/1');
@@ -80,8 +79,7 @@ function output = simulated(model, block, varargin)
 end
 
 function scripted(model, script)
-  root = sfroot();
-  chart = root.find('-isa', 'Stateflow.EMChart', 'Path', [model '/Loop']);
+  chart = find(get_param(model, 'Object'), '-isa', 'Stateflow.EMChart', 'Path', [model '/Loop']);
   chart.Script = script;
   simulated(model, '', 'RelTol', '1e-9');
 end

@@ -12,7 +12,7 @@ const camel = (name) => name.replace(/_(.)/g, (_, letter) => letter.toUpperCase(
 
 function parameters() {
   const values = sliders.map(({ name, value }) => [camel(name), Number(value)]);
-  return { ...Object.fromEntries(values), tFinal: data.horizon };
+  return { ...Object.fromEntries(values), finalTime: data.horizon };
 }
 
 function chosenProgram() {
