@@ -10,7 +10,7 @@ function results = Chapter17_Lesson1
 %   (n)       section n of the lesson
 %
 %   run       matlab -batch Chapter17_Lesson1
-%             octave-cli --path octave --eval Chapter17_Lesson1
+%   or        octave-cli --path octave --eval Chapter17_Lesson1
 
 % SPDX-License-Identifier: MIT
 

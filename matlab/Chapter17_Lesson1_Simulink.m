@@ -10,7 +10,7 @@ function results = Chapter17_Lesson1_Simulink
 %   (n)       section n of the lesson
 %
 %   run       matlab -batch Chapter17_Lesson1_Simulink
-%             octave-cli --path octave --eval Chapter17_Lesson1_Simulink
+%   or        octave-cli --path octave --eval Chapter17_Lesson1_Simulink
 
 % SPDX-License-Identifier: MIT
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A program that cannot finish says so in one line, ends with a non-zero status, and leaves no CSV that looks whole."""
 
+import os
+import re
 import shutil
 import subprocess
 from dataclasses import replace
@@ -12,7 +14,8 @@ import pytest
 from conformance.judging.trajectory import load
 from conformance.judging.verdict import report_problems
 from conformance.programs.ports import ROOT, Port, read_ports
-from conformance.programs.run import choose_engine, in_place
+from conformance.programs.run import choose_engine, headless, in_place
+from conformance.programs.sources import source
 from conformance.tests.under_test import PORTS, record
 from conformance.theory.scenario import LESSON
 from conformance.trials.edits import constant_edit, edited, in_scenario
@@ -20,6 +23,7 @@ from conformance.trials.variant import Job, copy_what_runs, in_tree, job, run_al
 
 BUILD = ROOT / "build" / "bad-luck"  # kept as the variants are
 SHORT = replace(LESSON, horizon=Fraction("0.1"))
+TYPED_PATH = f"{ROOT / '.venv' / 'bin'}:{os.environ['PATH']}"  # where an environment is active
 BLOW_UPS = {"x1_start": "1" + 200 * "0" + ".0", "x2_start": "1" + 300 * "0" + ".0"}
 ENGINE_REMARK = "error: ignoring const execution_exception& while preparing to exit\n"  # GNU Octave 7.3, at every end
 
@@ -89,10 +93,36 @@ def test_integration_that_blows_up(have_run: None, port: Port, constant: str) ->
     assert_refused(ran, run["exit_status"], (ran.build / "stderr.txt").read_text(), "integration failed")
 
 
-def test_short_program_ends_well_and_replaces_an_old_csv(short_program: Port) -> None:
-    short_program.csv.write_text("of an earlier run\n")
-    answer = start(short_program)
+def as_its_head_says(port: Port) -> list[str]:
+    """What the program's head says to type, in its folder, to build and run it with an engine that is here."""
+    head = source(port).partition(port.section.format("Parameters"))[0]
+    lines = re.findall(r"^\W*(build|run|or):? +(.+)$", head, flags=re.MULTILINE)
+    run = next(line for kind, line in lines if kind != "build" and is_here(line.split()[0]))
+    return [*(line for kind, line in lines if kind == "build"), run]
+
+
+def is_here(program: str) -> bool:
+    """Whether a program can be typed: one that is built in the folder will be."""
+    return program.startswith("./") or shutil.which(program, path=TYPED_PATH) is not None
+
+
+def test_program_runs_bare_as_its_head_says_and_replaces_an_old_csv(short_program: Port) -> None:
+    csv = short_program.folder / short_program.csv.name
+    csv.write_text("of an earlier run\n")
+    answer = subprocess.run(
+        " && ".join(as_its_head_says(short_program)),
+        shell=True, cwd=short_program.folder, env=headless() | {"PATH": TYPED_PATH}, capture_output=True, text=True,
+    )  # fmt: skip
     assert answer.returncode == 0, answer.stderr
-    assert not list(short_program.build.glob("*.part"))
-    trajectory = load(short_program.csv, 0.1)  # in the transient, where every row differs from the one before it
-    assert report_problems(answer.stdout, trajectory, LESSON, short_program.csv.name) == []
+    assert not list(short_program.folder.glob("*.part"))
+    trajectory = load(csv, 0.1)  # in the transient, where every row differs from the one before it
+    assert report_problems(answer.stdout, trajectory, LESSON, csv.name) == []
+
+
+def test_readme_says_how_to_run_each_program_bare(port: Port) -> None:
+    lines = [
+        line
+        for line in (ROOT / "README.md").read_text().splitlines()
+        if line.startswith(f"    (cd {port.folder.name} && ")
+    ]
+    assert any(all(command in line for command in as_its_head_says(port)) for line in lines), lines
