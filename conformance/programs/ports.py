@@ -4,10 +4,12 @@
 The facts come from the `port.toml` of every language folder; the standard library suffices to read them.
 """
 
+import functools
 import hashlib
 import json
 import os
 import shutil
+import subprocess
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,10 +33,18 @@ class Engine:
     tolerance_from: str
     products: tuple[str, ...] = ()
     startup: tuple[str, ...] = ()  # starts the engine and what the program imports, and no more: for make bench
+    present: tuple[str, ...] = ()  # a command that ends with 0 where the program brings all that is needed
 
     def found(self, root: Path) -> bool:
-        """Whether its program is there: on the PATH, or at its path below `root`."""
-        return shutil.which(root / self.program if "/" in self.program else self.program) is not None
+        """Whether its program is there, on the PATH or at its path below `root`, and brings what is needed."""
+        program = shutil.which(root / self.program if "/" in self.program else self.program)
+        return program is not None and (not self.present or _ends_well(program, self.present))
+
+
+@functools.cache
+def _ends_well(program: str, command: tuple[str, ...]) -> bool:
+    """Whether the command of this program ends with 0; asked once."""
+    return subprocess.run([program, *command[1:]], stdin=subprocess.DEVNULL, capture_output=True).returncode == 0
 
 
 @dataclass(frozen=True)

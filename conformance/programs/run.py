@@ -42,7 +42,7 @@ def in_place(words: tuple[str, ...]) -> list[str]:
 
 
 def engine_version(engine: Engine, folder: Path) -> str:
-    """The first line that the engine's version command prints."""
+    """The first line that the version command prints; of a proprietary engine, which may print a banner, the last."""
     command = in_place(engine.version)
     answer = subprocess.run(
         command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE
@@ -50,7 +50,7 @@ def engine_version(engine: Engine, folder: Path) -> str:
     said = (answer.stdout + answer.stderr).strip()
     if answer.returncode or not said:
         sys.exit(f"{engine.name}: {' '.join(command)} ended with status {answer.returncode}: {said}")
-    return said.splitlines()[0]
+    return said.splitlines()[-1 if engine.proprietary else 0]
 
 
 def compile_command(port: Port) -> list[str]:

@@ -30,6 +30,7 @@ from conformance.trials.edits import Edit, constant_edit, edited, in_scenario, s
 DATA = Path(__file__).with_name("variants")
 BUILD = ROOT / "build" / "variants"
 PATIENCE = 60  # s, for one program; the slowest needs 5
+PATIENCE_WITH_MATLAB = 600  # s, for a proprietary engine: two slow starts, and models that are compiled
 RUNNER = ROOT / "conformance" / "programs" / "run.py"
 PACKAGES = ("numpy", "scipy", "woxi")  # of .venv, on which programs run
 MAKE_NEEDS = (
@@ -277,7 +278,7 @@ def _run(one: Job, running: set[subprocess.Popen[bytes]], over: Event) -> None:
         if over.is_set():
             _stop(process)
         try:
-            process.wait(PATIENCE)
+            process.wait(PATIENCE_WITH_MATLAB if choose_engine(one.port).proprietary else PATIENCE)
         except subprocess.TimeoutExpired:
             _stop(process)
             (one.folder / "timeout").touch()
