@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """An experiment, (10): the lesson's closed loop under given parameters, reference, start and horizon."""
 
-import tomllib
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from pathlib import Path
+
+from conformance.foreign import kind, plain, read_toml, shown
+from conformance.theory.numbers import double, exact_value
 
 WAVES = ("sin", "cos")
 POSITIVE = ("k1", "k2", "gamma", "horizon")
@@ -34,9 +36,9 @@ class Scenario:
     def __post_init__(self) -> None:
         for name in POSITIVE:
             if not getattr(self, name) > 0:
-                raise ValueError(f"{name}: found {getattr(self, name)}, expected a positive number")
+                raise ValueError(f"{name}: found {plain(getattr(self, name), 40)}, expected a positive number")
         if self.wave not in WAVES:
-            raise ValueError(f"wave: found {self.wave!r}, expected one of {', '.join(WAVES)}")
+            raise ValueError(f"wave: found {shown(self.wave)}, expected one of {', '.join(WAVES)}")
 
 
 PARAMETERS = ("theta", "k1", "k2", "gamma", "amplitude", "omega", "phase")  # of the closed loop
@@ -68,19 +70,19 @@ def scenario_named(name: str) -> Scenario:
         return SCENARIOS[name]
     if name.endswith(".toml"):
         return read_scenario(Path(name))
-    raise ValueError(f"--scenario: found {name!r}, expected one of {', '.join(SCENARIOS)}, or a TOML file")
+    raise ValueError(f"--scenario: found {shown(name)}, expected one of {', '.join(SCENARIOS)}, or a TOML file")
 
 
 def read_scenario(path: Path) -> Scenario:
-    """The table [scenario] of a TOML file; what it does not name is the lesson's. Raises ValueError, OSError."""
+    """The table [scenario] of a TOML file; what it does not name is the lesson's. Raises ValueError."""
+    table = read_toml(path)
+    if not isinstance(table.get("scenario"), dict):
+        found = f"{kind(table['scenario'])} under that name" if "scenario" in table else "none"
+        raise ValueError(f"{plain(path.name)}: expected a table [scenario], found {found}")
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=str)["scenario"]
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError) as error:
-        raise ValueError(f"{path}: expected TOML with a table [scenario] ({error})") from None
-    try:
-        return scenario(table)
+        return scenario(table["scenario"])
     except ValueError as error:
-        raise ValueError(f"{path}, [scenario], {error}") from None
+        raise ValueError(f"{plain(path.name)}, [scenario], {error}") from None
 
 
 def scenario(table: dict[str, object]) -> Scenario:
@@ -88,13 +90,17 @@ def scenario(table: dict[str, object]) -> Scenario:
     given: dict[str, Fraction] = {}
     for name, value in table.items():
         if name not in NUMBERS and name != "wave":
-            raise ValueError(f"found {name!r}, expected one of {', '.join((*NUMBERS, 'wave'))}")
+            raise ValueError(f"found {shown(name)}, expected one of {', '.join((*NUMBERS, 'wave'))}")
         if name != "wave":
             try:
-                given[name] = Fraction(str(value))
-            except (ValueError, ZeroDivisionError):
-                raise ValueError(f'{name}: found {value!r}, expected a number, such as 0.1 or "1/3"') from None
-    return Scenario(**given, wave=str(table.get("wave", "sin")))
+                given[name] = exact_value(value)
+                double(given[name])
+            except ValueError as error:
+                raise ValueError(f"{name}: {error}") from None
+    wave = table.get("wave", "sin")
+    if not isinstance(wave, str):
+        raise ValueError(f"wave: found {kind(wave)}, expected one of {', '.join(WAVES)}")
+    return Scenario(**given, wave=wave)
 
 
 def to_toml(experiment: Scenario) -> str:
