@@ -5,57 +5,74 @@ import argparse
 import csv
 import os
 import re
+import signal
 import sys
+import warnings
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import NoReturn
 
-from conformance.atomic import write_atomically
+from conformance.atomic import check_output, withdraw, write_atomically, write_output
+from conformance.foreign import plain, regular, shown
+from conformance.theory.numbers import EXACT, exact_number
 from conformance.theory.scenario import RANGES, SCENARIOS
 
 GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
-RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform$"
+RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform(?=$|:)"
 SCENARIO = f"the experiment: {', '.join(SCENARIOS)}, or a TOML file with a table [scenario] (default: lesson)"
-EXACT = "a finite decimal, such as 0.1, or a fraction, such as 1/3"
+MOST_ROWS = 1_000_000  # that truth prints
+MESSAGE = 1000  # characters of an error
 
 
-def exact_number(text: str) -> Fraction:
+def exact(text: str) -> Fraction:
     """A number that is what it says: 0.1 is 1/10."""
     try:
-        return Fraction(text)
-    except (ValueError, ZeroDivisionError):
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected {EXACT}") from None
+        return exact_number(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def exact_times(text: str) -> list[Fraction]:
     """Comma-separated times."""
-    return [exact_number(part) for part in text.split(",")]
+    return [exact(part) for part in text.split(",")]
 
 
 def positive(text: str) -> Fraction:
     """A positive exact number."""
-    value = exact_number(text)
+    value = exact(text)
     if value <= 0:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a positive number")
+        raise argparse.ArgumentTypeError(f"found {shown(text)}, expected a positive number")
     return value
+
+
+def whole_number(text: str) -> int:
+    """A whole number, of at most 18 digits."""
+    if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
+        raise argparse.ArgumentTypeError(f"found {shown(text)}, expected a whole number")
+    return int(text)
 
 
 def positive_count(text: str) -> int:
     """A positive whole number."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a positive whole number")
+    if not re.fullmatch(r"0*[1-9][0-9]{0,8}", text):
+        raise argparse.ArgumentTypeError(f"found {shown(text)}, expected a positive whole number")
     return int(text)
 
 
 def digit_count(text: str) -> int:
     """A number of significant digits."""
-    if not text.isdecimal() or not 1 <= int(text) <= 100:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number from 1 to 100")
+    if not re.fullmatch(r"[0-9]{1,3}", text) or not 1 <= int(text) <= 100:
+        raise argparse.ArgumentTypeError(f"found {shown(text)}, expected a whole number from 1 to 100")
     return int(text)
 
 
 def show(text: str) -> None:
-    """Print; on a terminal, what holds in green and what fails in red, unless NO_COLOR is set."""
+    """Print; on a terminal, what holds in green and what fails in red, unless NO_COLOR is set.
+
+    What does not print is escaped, wherever it comes from; line ends are ours.
+    """
+    text = "\n".join(plain(line, sys.maxsize) for line in text.split("\n"))
     if sys.stdout.isatty() and not os.environ.get("NO_COLOR"):
         for pattern, colour in ((RED, 31), (GREEN, 32)):
             text = re.sub(pattern, rf"\033[{colour}m\g<0>\033[0m", text, flags=re.MULTILINE)
@@ -66,7 +83,7 @@ class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+        self.exit(2, f"{self.prog}: {plain(message, MESSAGE)}; see {self.prog} --help\n")
 
 
 def parser() -> Parser:
@@ -78,6 +95,7 @@ def parser() -> Parser:
     report.add_argument("--to", type=Path, metavar="FILE.html", help="where (default: build/report/index.html)")
     commands.add_parser("readme", help="bring the README's table and picture up to date")
     check = commands.add_parser("check", help="judge what the programs left")
+    commands.add_parser("checks", help="list every check: its id, which is stable, and what it means")
     commands.add_parser("tolerances", help="write docs/tolerances.md: what each port is held to, and why")
     validate = commands.add_parser(
         "validate",
@@ -89,7 +107,9 @@ def parser() -> Parser:
         "csv", type=Path, metavar="FILE.csv", help="columns t,x1,x2,theta_hat,reference,tracking_error"
     )
     validate.add_argument("--stdout", type=Path, metavar="FILE", help="what the program printed, judged too")
-    validate.add_argument("--json", type=Path, metavar="FILE", help="write the verdict there as JSON")
+    validate.add_argument(
+        "--json", type=Path, metavar="FILE", help="write the verdict there as JSON (-: to standard output alone)"
+    )
     variants = commands.add_parser(
         "variants",
         help="run edited programs: experiments that must conform, mistakes that must be refused",
@@ -131,7 +151,7 @@ def parser() -> Parser:
         "r is a sine or a cosine. See docs/campaign.md.",
     )
     random.add_argument("--count", type=positive_count, default=10, help="scenarios (default: 10)")
-    random.add_argument("--seed", type=int, default=0, help="of the draw (default: 0)")
+    random.add_argument("--seed", type=whole_number, default=0, help="of the draw (default: 0)")
     random.add_argument(
         "--jobs", type=positive_count, default=os.cpu_count(), help="runs at a time here (default: one per core)"
     )
@@ -145,15 +165,54 @@ def parser() -> Parser:
 
 
 def main() -> int:
-    """Run one command; returns the exit status."""
+    """Run one command; returns the exit status.
+
+    Whatever goes wrong is one line and status 2. Who reads the output may leave: then we end as other tools do.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # what a terminal cannot show changes no verdict
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")
     top = parser()
     arguments = top.parse_args()
     try:
-        return COMMANDS[arguments.command](arguments)
-    except (ValueError, OSError) as error:
-        top.error(f"{arguments.command}: {error}")
+        status = COMMANDS[arguments.command](arguments)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGPIPE)
+        return 128 + signal.SIGPIPE
     except KeyboardInterrupt:
         top.exit(130, f"{top.prog}: {arguments.command}: interrupted; what is done is kept\n")
+    except Exception as error:
+        drop_output()
+        top.error(f"{arguments.command}: {said(error)}")
+
+
+def said(error: Exception) -> str:
+    """An error in words; one that was not foreseen with its kind and place."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{plain(error.filename)}: {error.strerror}" if error.filename else error.strerror
+    if type(error) is ValueError or (isinstance(error, ValueError) and "conformance" in type(error).__module__):
+        return str(error)
+    if any(kind.__name__ == "ProofEnded" for kind in type(error).__mro__):
+        return f"the exact solution of this experiment is out of reach: {error}"
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    place = f"{Path(trace.tb_frame.f_code.co_filename).name}, line {trace.tb_lineno}" if trace is not None else "?"
+    return f"found a case that was not foreseen, please report it: {type(error).__name__} in {place}: {error}"
+
+
+def drop_output() -> None:
+    """Let go of output that cannot be written, so that the interpreter does not complain of it at its end."""
+    try:
+        sys.stdout.flush()
+    except (AttributeError, OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def print_table(arguments: argparse.Namespace) -> int:
@@ -167,14 +226,23 @@ def print_table(arguments: argparse.Namespace) -> int:
 
 def check(arguments: argparse.Namespace) -> int:
     """The verdicts on the programs, as a table; 0 where all conform."""
-    from conformance.judging.verdict import judge_all, summary, to_json
+    from conformance.judging.verdict import judge_all, summary, write_result
     from conformance.programs.ports import ROOT, selected_ports
     from conformance.theory.scenario import LESSON
 
+    withdraw(ROOT / "build" / "result.json")
     judgement = judge_all(selected_ports(arguments.ports), LESSON)
-    write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
+    write_result(judgement)
     show(summary(judgement))
     return 0 if judgement.conforms else 1
+
+
+def print_checks(arguments: argparse.Namespace) -> int:
+    """Every check's id and meaning."""
+    from conformance.judging.verdict import list_of_checks
+
+    print(list_of_checks())
+    return 0
 
 
 def write_tolerances(arguments: argparse.Namespace) -> int:
@@ -187,35 +255,44 @@ def write_tolerances(arguments: argparse.Namespace) -> int:
 
 
 def validate(arguments: argparse.Namespace) -> int:
-    """The verdict on a file, with every figure: what holds, the verdict, and what does not, with its usual cause."""
-    from conformance.judging.trajectory import readable
-    from conformance.judging.verdict import judge_file, to_json
+    """The verdict on a file: what does not hold, its first cause before all; then what holds, with every figure."""
     from conformance.theory.scenario import scenario_named
 
-    for path in filter(None, (arguments.csv, arguments.stdout)):
-        readable(path)
-    verdict = judge_file(arguments.csv, scenario_named(arguments.scenario), arguments.stdout)
-    for result in verdict.results:
-        if result.passed:
-            show(str(result))
-    show(f"{verdict.name} {'conforms' if verdict.conforms else 'does not conform'}")
-    if verdict.reason:
-        show(verdict.reason)
+    scenario_file = None if arguments.scenario in SCENARIOS else Path(arguments.scenario)
     if arguments.json:
-        write_atomically(arguments.json, to_json([verdict]))
+        check_output(arguments.json, arguments.csv, arguments.stdout, scenario_file)
+        withdraw(arguments.json)
+    for path in filter(None, (arguments.csv, arguments.stdout)):
+        regular(path)
+    scenario = scenario_named(arguments.scenario)
+
+    from conformance.judging.verdict import judge_file, to_json  # which takes a while
+
+    verdict = judge_file(arguments.csv, scenario, arguments.stdout)
+    if arguments.json:
+        write_output(arguments.json, to_json([verdict]))
+    holds = [str(result) for result in verdict.results if result.passed]
+    notes = [f"note: {note}" for note in verdict.notes]
+    failed = f"{verdict.name} does not conform: {verdict.reason.removeprefix(verdict.name + ', ')}"
+    lines = [*holds, *notes, f"{verdict.name} conforms"] if verdict.conforms else [failed, *notes, *holds]
+    if str(arguments.json) != "-":
+        show("\n".join(lines))
     return 0 if verdict.conforms else 1
 
 
 def report(arguments: argparse.Namespace) -> int:
     """The page."""
     from conformance.judging.verdict import judge_all
-    from conformance.pages.report.page import PAGE, write_page
+    from conformance.pages.report.page import PAGE, page
     from conformance.programs.ports import selected_ports
     from conformance.theory.scenario import LESSON
 
     path, ports = arguments.to or PAGE, selected_ports()
-    write_page(path, ports, judge_all(ports, LESSON))
-    print(f"the page is {path}, {path.stat().st_size / 1e6:.1f} MB")
+    check_output(path)
+    whole = page(ports, judge_all(ports, LESSON))
+    write_output(path, whole)
+    if str(path) != "-":
+        print(f"the page is {plain(path, MESSAGE)}, {len(whole.encode()) / 1e6:.1f} MB")
     return 0
 
 
@@ -248,7 +325,7 @@ def variants(arguments: argparse.Namespace) -> int:
     known = read_variants()
     unknown = [name for name in arguments.names if name not in known]
     if unknown:
-        raise ValueError(f"found {' '.join(unknown)}, expected of {' '.join(known)}")
+        raise ValueError(f"found {plain(' '.join(unknown))}, expected of {' '.join(known)}")
     asked = [variant for name, variant in known.items() if name in (arguments.names or known)]
     if arguments.list:
         print("\n".join(f"{variant.name}: {variant.title}" for variant in asked))
@@ -300,18 +377,23 @@ def new_port(arguments: argparse.Namespace) -> int:
 
 
 def print_truth(arguments: argparse.Namespace) -> int:
-    """The enclosure at the times asked for."""
+    """The enclosure at the times asked for, row by row."""
     from conformance.theory.scenario import scenario_named
 
     scenario = scenario_named(arguments.scenario)
-    times = arguments.times or [i * arguments.step for i in range(int(scenario.horizon / arguments.step) + 1)]
-    for time in times:
+    count = int(scenario.horizon / arguments.step) + 1
+    if not arguments.times and count > MOST_ROWS:
+        raise ValueError(f"found a step that makes {plain(count, 40)} rows, expected at most {MOST_ROWS}")
+    for time in arguments.times or ():
         if not 0 <= time <= scenario.horizon:
-            raise ValueError(f"time {time} is outside of [0, {scenario.horizon}]")
+            raise ValueError(f"time {plain(time, 40)} is outside of [0, {plain(scenario.horizon, 40)}]")
 
     from conformance.truth.experiment import truth_table  # which takes a while
 
-    rows = list(truth_table(scenario, times, arguments.digits))
+    def every_step() -> Iterator[Fraction]:
+        return (i * arguments.step for i in range(count))
+
+    rows = truth_table(scenario, arguments.times or every_step(), arguments.digits)
     csv.writer(sys.stdout, lineterminator="\n").writerows(rows)
     return 0
 
@@ -338,6 +420,7 @@ COMMANDS = {
     "campaign": campaign,
     "table": print_table,
     "check": check,
+    "checks": print_checks,
     "report": report,
     "readme": readme,
     "tolerances": write_tolerances,

@@ -71,7 +71,7 @@ def read_json(path: Path) -> Any:
     """The value of a JSON file; raises ValueError, naming the place of what is no JSON."""
     text = read_text(path)
     try:
-        return json.loads(text)
+        return json.loads(text, parse_constant=_no_number)
     except json.JSONDecodeError as error:
         _misread(path, text, error.lineno, error.colno, "JSON")
     except (ValueError, RecursionError):
@@ -98,9 +98,13 @@ def _misread(path: Path, text: str, line: int, column: int, what: str) -> NoRetu
     raise ValueError(f"{plain(path.name)}, line {line}, column {column}: found {found}, expected {what}")
 
 
+def _no_number(text: str) -> NoReturn:
+    raise ValueError(f"{text} is no number of JSON")
+
+
 def _beyond(path: Path) -> NoReturn:
     """What Python's readers say of a number of thousands of digits, or of thousands of brackets, is not for users."""
-    found = "a number of thousands of digits, a date that is none, or brackets nested thousands deep"
+    found = "a number that is none or has thousands of digits, or brackets nested thousands deep"
     raise ValueError(f"{plain(path.name)}: found {found}") from None
 
 

@@ -1,14 +1,23 @@
 # SPDX-License-Identifier: MIT
 """One function per claim about a trajectory: the measured figure, the bound, and where the bound comes from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from conformance.judging.measured import Measured, interpolate, interpolation_error
-from conformance.judging.trajectory import COARSEST, STATES, Array, Trajectory, digits_shown, print_error
+from conformance.judging.trajectory import (
+    COARSEST,
+    STATES,
+    USUAL,
+    Array,
+    Trajectory,
+    digits_shown,
+    is_single,
+    print_error,
+)
 from conformance.truth.exact import Exact
 
 SETTLED = 0.75  # share of the horizon after which the transient is over: 15 s of 20 s
@@ -21,6 +30,7 @@ DIGITS_15 = 0.5e-14  # half a unit of the 15th significant digit, of a number th
 
 Tolerance = tuple[float, float, float]  # of x1, x2, theta_hat: how far from the exact solution they may be
 CONTRACT: Tolerance = (1e-6, 1e-6, 1e-6)  # no program may be further, at any row
+LARGEST_RATIO = 10  # of a port's tolerance to its largest error
 
 
 @dataclass(frozen=True)
@@ -40,10 +50,14 @@ class Result:
 
     def __str__(self) -> str:
         verdict = "holds" if self.passed else "FAILS"
-        return (
-            f"{self.claim} {self.section} {verdict}: {self.figure:.3g}, "
-            f"bound {self.bound:.3g} ({self.bound_from}); {self.where}"
-        )
+        figure, bound = told_apart(self.figure, self.bound)
+        return f"{self.claim} {self.section} {verdict}: {figure}, bound {bound} ({self.bound_from}); {self.where}"
+
+
+def told_apart(a: float, b: float) -> tuple[str, str]:
+    """Two numbers in as few digits, three or more, as show them different where they are."""
+    texts = ((f"{a:.{digits}g}", f"{b:.{digits}g}") for digits in range(3, 18))
+    return next((pair for pair in texts if pair[0] != pair[1] or a == b), (repr(float(a)), repr(float(b))))
 
 
 def largest(values: Array, t: Array, what: str) -> tuple[float, str]:
@@ -63,17 +77,33 @@ def rows_are_close_enough(log: Measured, tolerance: Tolerance) -> Result:
 
 
 def states_are_in_double_precision(log: Measured, tolerance: Tolerance) -> list[Result]:
-    """Each state is kept and printed with the digits of a double: no single precision, no fixed decimals on the way."""
+    """Each state is kept and printed with the digits of a double in three quarters of the rows, at least.
+
+    No single precision, no fixed decimals on the way. It is of the ports' contract: see `digit_notes` for other files.
+    """
     results = []
     for name, values in zip(STATES, log.trajectory.states, strict=True):
         _, digits = digits_shown(values)
         printed = 0.5 * 10.0 ** (1 - digits) if digits else 0.0
-        used = int(np.bitwise_or.reduce(np.ascontiguousarray(values).view(np.int64))) & MANTISSA
-        kept = DOUBLE * (used & -used) if used else 0.0  # the last bit that any of the numbers uses
-        figure = max(printed, float(kept)) if np.isfinite(values).all() else np.inf
+        used = np.ascontiguousarray(values).view(np.int64) & MANTISSA
+        last_bits = np.partition(used & -used, int((1 - USUAL) * used.size))  # that a number uses
+        figure = max(printed, DOUBLE * float(last_bits[int((1 - USUAL) * used.size)]))
+        figure = figure if np.isfinite(values).all() else np.inf
         where = f"relative; {digits} digits are shown"
         results.append(Result(f"{name}-is-in-double-precision", "(10)", figure, DIGITS_15, where, "15 digits"))
     return results
+
+
+def digit_notes(trajectory: Trajectory) -> list[str]:
+    """What is to be said of a file whose states are kept or printed in less than double precision."""
+    said: dict[str, list[str]] = {}
+    for name, values in zip(STATES, trajectory.states, strict=True):
+        _, digits = digits_shown(values)
+        if is_single(values):
+            said.setdefault("in single precision, 7 digits", []).append(name)
+        elif 0 < digits < 15:
+            said.setdefault(f"printed to {digits} digits", []).append(name)
+    return [f"{', '.join(names)}: {what}; a double has 17" for what, names in said.items()]
 
 
 def reference_is_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
@@ -107,6 +137,9 @@ def obeys_its_differential_equation(name: str) -> Callable[[Measured, Tolerance]
         return Result(claim, "(7)", figure, float(bounds[row]), where, "tolerance, at both ends of a step")
 
     check.__name__ = f"{name}_obeys_its_differential_equation"
+    check.__doc__ = (
+        f"From row to row {name} moves as its row of the closed loop says, by the Hermite-Simpson rule, (7)."
+    )
     return check
 
 
@@ -235,49 +268,134 @@ def programs_agree(
     return results
 
 
+# ---- Ports on the lesson's experiment ----
+
+
+def contract_of_ports(tolerance: Tolerance, errors: Sequence[float], rows: int, wanted: int) -> list[Result]:
+    """The tolerance that port.toml states is at most the contract's, and 10 times what was found; the rows are there.
+
+    `errors` of x1, x2, theta_hat; `wanted` rows, 0 where the solver chooses them.
+    """
+    loosest = max(tolerance)
+    ratio = max(t / max(e, DOUBLE) for t, e in zip(tolerance, errors, strict=True))
+    results = [
+        Result("tolerance-keeps-the-contract", "(10)", loosest, max(CONTRACT), "in port.toml", "the contract"),
+        Result("tolerance-is-tight", "(10)", ratio, LARGEST_RATIO, "tolerance in port.toml over error", "the contract"),
+    ]
+    if wanted:
+        where = f"{rows} rows, port.toml says {wanted}"
+        results.append(Result("rows-are-those-of-the-contract", "(10)", abs(rows - wanted), 0, where, "the contract"))
+    return results
+
+
 # ---- The list ----
 
 
 @dataclass(frozen=True)
 class Check:
-    """One claim, and what usually causes it to fail; `run` gives one result per column or quantity."""
+    """Claims of one kind, and what usually causes one to fail; `run` gives one result per column or quantity."""
 
     run: Callable[[Measured, Tolerance], Result | list[Result]]
+    claims: tuple[str, ...]
     cause: str
 
     def __call__(self, log: Measured, tolerance: Tolerance) -> list[Result]:
         results = self.run(log, tolerance)
         return results if isinstance(results, list) else [results]
 
+    @property
+    def meaning(self) -> str:
+        """What is claimed, in a sentence."""
+        return " ".join((self.run.__doc__ or "").split("\n\n")[0].split())
+
+
+def _of_states(suffix: str) -> tuple[str, ...]:
+    return tuple(f"{name}{suffix}" for name in STATES)
+
 
 CHECKS = (
-    Check(rows_are_close_enough, "too few rows, or rows left out: log at least every 0.02 s"),
+    Check(
+        rows_are_close_enough, ("rows-are-close-enough",), "too few rows, or rows left out: log at least every 0.02 s"
+    ),
     Check(
         states_are_in_double_precision,
+        _of_states("-is-in-double-precision"),
         "single precision, or too few digits printed: %.17g gives a double back, %.12f does not",
     ),
-    Check(reference_is_the_scenarios, "another reference, or times that are off by a step"),
-    Check(obeys_its_differential_equation("x1"), "row 1 of the plant, such as sin(x2) for x2 (16), or theta"),
+    Check(
+        reference_is_the_scenarios,
+        ("reference-is-the-scenarios",),
+        "another reference, or times that are off by a step",
+    ),
+    Check(
+        obeys_its_differential_equation("x1"),
+        ("x1-obeys-its-differential-equation",),
+        "row 1 of the plant, such as sin(x2) for x2 (16), or theta",
+    ),
     Check(
         obeys_its_differential_equation("x2"),
+        ("x2-obeys-its-differential-equation",),
         "the control u: a term, sign or gain in it (16), or in alpha1, tau2 or a derivative of r, of which it is made",
     ),
-    Check(obeys_its_differential_equation("theta_hat"), "the update law: gamma, or a sign or term in tau2"),
+    Check(
+        obeys_its_differential_equation("theta_hat"),
+        ("theta_hat-obeys-its-differential-equation",),
+        "the update law: gamma, or a sign or term in tau2",
+    ),
     Check(
         states_equal_the_exact_solution,
+        _of_states("-equals-the-exact-solution"),
         "where a state breaks its equation, that; else the start, the method, such as an Euler step, or its tolerance",
     ),
-    Check(output_approaches_reference, "a reference whose derivatives do not belong to it, or a missing term (16)"),
-    Check(errors_approach_zero, "the x1 theta_hat' term of u, or a derivative of the reference, is missing (16)"),
-    Check(states_stay_bounded, "a wrong sign in the update law or the control"),
-    Check(estimate_ends_where_theory_says, "an estimate that is not updated, or updated with a wrong sign or gain"),
-    Check(lyapunov_function_never_grows, "a wrong tuning function, or theta where theta_hat belongs (16)"),
-    Check(lyapunov_function_falls_by_what_is_dissipated, "a term missing in u or tau2, so that V' keeps a cross term"),
+    Check(
+        output_approaches_reference,
+        ("output-approaches-reference",),
+        "a reference whose derivatives do not belong to it, or a missing term (16)",
+    ),
+    Check(
+        errors_approach_zero,
+        (
+            "z1-approaches-zero",
+            "z2-approaches-zero",
+        ),
+        "the x1 theta_hat' term of u, or a derivative of the reference, is missing (16)",
+    ),
+    Check(
+        states_stay_bounded,
+        (
+            "errors-stay-bounded",
+            "estimate-stays-bounded",
+        ),
+        "a wrong sign in the update law or the control",
+    ),
+    Check(
+        estimate_ends_where_theory_says,
+        (
+            "estimate-approaches-theta",
+            "estimate-stays-away-from-theta",
+        ),
+        "an estimate that is not updated, or updated with a wrong sign or gain",
+    ),
+    Check(
+        lyapunov_function_never_grows,
+        ("lyapunov-function-never-grows",),
+        "a wrong tuning function, or theta where theta_hat belongs (16)",
+    ),
+    Check(
+        lyapunov_function_falls_by_what_is_dissipated,
+        ("lyapunov-function-falls-by-what-is-dissipated",),
+        "a term missing in u or tau2, so that V' keeps a cross term",
+    ),
 )
 
 
-def judge(trajectory: Trajectory, exact: Exact, tolerance: Tolerance) -> list[tuple[Check, Result]]:
-    """Every result of every check, in the order of CHECKS."""
+OF_ANYONE = tuple(check for check in CHECKS if check.run is not states_are_in_double_precision)  # digits are no verdict
+
+
+def judge(
+    trajectory: Trajectory, exact: Exact, tolerance: Tolerance, checks: Sequence[Check] = CHECKS
+) -> list[tuple[Check, Result]]:
+    """Every result of every check, in the order of `checks`."""
     log = Measured(trajectory, exact)
-    with np.errstate(over="ignore", invalid="ignore"):  # of numbers near 1e308, which no check lets pass
-        return [(check, result) for check in CHECKS for result in check(log, tolerance)]
+    with np.errstate(all="ignore"):  # of numbers near 1e308, which no check lets pass
+        return [(check, result) for check in checks for result in check(log, tolerance)]

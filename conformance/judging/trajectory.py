@@ -16,26 +16,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-COLUMNS = ("t", "x1", "x2", "theta_hat", "reference", "tracking_error")
-STATES = ("x1", "x2", "theta_hat")
-ALIASES = {"thetaHat": "theta_hat", "referenceSignal": "reference", "trackingError": "tracking_error"}  # the lesson's
+from conformance.foreign import plain, regular, shown
+from conformance.judging.layout import (
+    BEGINNINGS,
+    COLUMNS,
+    HEADERS,
+    ROWS,
+    canonical,
+    cell_trait,
+    is_number,
+    line_of,
+    named,
+)
 
+STATES = ("x1", "x2", "theta_hat")
 BLOCK = 1 << 24  # bytes read at a time
 LONGEST = 1 << 16  # bytes of a line: six numbers take far fewer
 COARSEST = 1e-6  # the contract's tolerance: a file printed more coarsely than this cannot be judged
+LATE = 1e-3  # share of the horizon by which the last row may miss it
+PLAIN_BYTES = (
+    b"0123456789.eE+-, \r\n"  # what numbers in rows are made of; pandas reads no more into these than there is
+)
+QUOTED = re.compile(rb'(?<![^,\n])"([^"\r\n,]*)"(?![^,\r\n])')
 
 Array = NDArray[np.float64]
-
-NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
-MISWRITTEN = (  # what a cell that is no number looks like, and what it is
-    (r"\s*", "an empty cell"),
-    (r"(?i)\s*[-+]?(nan|ind|indeterminate|na)\s*", "not a number: the integration failed"),
-    (r"(?i)\s*[-+]?(inf|infinity|directedinfinity.*)\s*", "infinite: the integration blew up"),
-    (r".*\*\^.*", "in the Wolfram Language's notation; write 1.2e-9"),
-    (r"(?i)\s*[-+]?[\d.]+d[-+]?\d+\s*", "with Fortran's exponent letter d; write e"),
-    (r"\s*[-+]?\d{1,3}([ '_]\d{3})+(\.\d*)?\s*", "with thousands separators"),
-    (r"\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*", "with a decimal comma"),
-)
 
 
 class TrajectoryError(ValueError):
@@ -44,7 +48,10 @@ class TrajectoryError(ValueError):
 
 @dataclass(frozen=True)
 class Trajectory:
-    """The logged columns, each of shape (rows,); times in seconds, strictly increasing from 0."""
+    """The logged columns, each of shape (rows,); times in seconds, strictly increasing from 0.
+
+    `notes` tell what the reader accepted though it is not of the contract.
+    """
 
     t: Array
     x1: Array
@@ -52,6 +59,7 @@ class Trajectory:
     theta_hat: Array
     reference: Array
     tracking_error: Array
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def states(self) -> Array:
@@ -62,52 +70,48 @@ class Trajectory:
 def load(path: Path, horizon: float) -> Trajectory:
     """Read and validate a CSV, whose time must run from 0 to `horizon` (s) within half a step.
 
-    Raises TrajectoryError for the first thing that is wrong, in this order: no regular file, empty, not UTF-8 text, the
-    header, a row that is incomplete or not numeric, a value that is not finite, times that do not increase strictly
-    from 0 to the horizon, a tracking error that is not x1 - reference.
+    Accepted too: quoted names and numbers, spaces beside commas, empty lines at the end, a header after # or %, a line
+    sep=, before it. Raises TrajectoryError for the first thing that is wrong, in this order: no regular file, empty,
+    not UTF-8 text, the header, a row that is incomplete or not numeric, a value that is not finite, times that do not
+    increase strictly from 0 to the horizon, a tracking error that is not x1 - reference.
     """
     readable(path)
-    parts: list[list[Array]] = []
-    line = 1
-    for block in _blocks(path):
-        rows = block
-        if line == 1:
-            header, _, rows = block.partition(b"\n")
-            _check_header(path, header)
-            line = 2
-        if rows:
-            parts.append(_columns(path, rows, line))
-            line += parts[-1][0].size
-    if line == 1:
-        raise TrajectoryError(f"{path.name}: found an empty file, expected the header {','.join(COLUMNS)!r}")
+    reader = _Reader(plain(path.name))
+    parts = [columns for block in _blocks(path) for columns in reader.columns(block)]
+    if reader.line == 1:
+        raise TrajectoryError(f"{reader.name}: found an empty file, expected the header {','.join(COLUMNS)!r}")
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)] or [np.empty(0) for _ in COLUMNS]
-    trajectory = Trajectory(*columns)
-    _check_times(path, trajectory.t, horizon)
-    _check_tracking_error(path, trajectory)
+    t, x1, x2, theta_hat, reference, tracking_error = columns
+    trajectory = Trajectory(t, x1, x2, theta_hat, reference, tracking_error, tuple(reader.notes))
+    with np.errstate(over="ignore", invalid="ignore"):  # of numbers near 1e308
+        _check_times(reader, trajectory.t, horizon)
+        _check_tracking_error(reader, trajectory)
     return trajectory
 
 
 def readable(path: Path) -> None:
     """Raise TrajectoryError unless there is a regular file, which can be read without waiting."""
-    if not path.exists():
-        raise TrajectoryError(f"{path.name}: no such file")
-    if not path.is_file():
-        raise TrajectoryError(f"{path.name}: found a folder or a device, expected a file")
+    try:
+        regular(path)
+    except ValueError as error:
+        raise TrajectoryError(str(error)) from None
 
 
 def _blocks(path: Path) -> Iterator[bytes]:
     """The file in blocks of whole lines, without a byte-order mark; a bar tells of a long reading, on a terminal."""
+    name = plain(path.name)
     with open(path, "rb") as file, _progress(path) as bar:
-        mark = codecs.BOM_UTF8
+        first = True
         while block := file.read(BLOCK) + file.readline(LONGEST):
-            if b"\0" in block:
-                raise TrajectoryError(f"{path.name}: found a binary file or UTF-16, expected text in UTF-8")
+            what = next((what for begin, what in BEGINNINGS if first and block.startswith(begin)), "")
+            if what or b"\0" in block:
+                raise TrajectoryError(f"{name}: found {what or 'a binary file or UTF-16'}, expected text in UTF-8")
             if len(block) >= BLOCK + LONGEST:
-                raise TrajectoryError(f"{path.name}: found a line of more than {LONGEST} bytes, expected six numbers")
+                raise TrajectoryError(f"{name}: found a line of more than {LONGEST} bytes, expected six numbers")
             if bar is not None:
                 bar.update(len(block))
-            yield block.removeprefix(mark)
-            mark = b""
+            yield block.removeprefix(codecs.BOM_UTF8) if first else block
+            first = False
 
 
 def _progress(path: Path) -> Any:
@@ -117,143 +121,199 @@ def _progress(path: Path) -> Any:
         return contextlib.nullcontext()
     from tqdm import tqdm
 
-    return tqdm(total=size, desc=path.name, unit="B", unit_scale=True, delay=2, disable=None, leave=False)
+    return tqdm(total=size, desc=plain(path.name), unit="B", unit_scale=True, delay=2, disable=None, leave=False)
 
 
-def _text(path: Path, some: bytes, line: int) -> str:
-    """Bytes that begin at this line, as text."""
-    try:
-        return some.decode()
-    except UnicodeDecodeError as error:
-        line += some.count(b"\n", 0, error.start)
-        found = f"the byte {some[error.start]:#04x}"
-        raise TrajectoryError(f"{path.name}, line {line}: found {found}, expected text in UTF-8") from None
+class _Reader:
+    """Reads block after block; `line` is the number of the next line, `notes` what was accepted."""
+
+    def __init__(self, name: str) -> None:
+        self.name, self.line, self.head, self.notes = name, 1, 1, list[str]()
+        self.header = ""
+        self.blank = 0  # the first empty line after the rows so far
+
+    def columns(self, block: bytes) -> Iterator[list[Array]]:
+        """The numbers of a block of whole lines; raises TrajectoryError."""
+        if self.line == 1:
+            block = self._after_header(block)
+        rows = block.rstrip(b" \t\r\n")
+        if rows and self.blank:
+            raise self.wrong(self.blank, "found an empty line, expected six numbers")
+        if rows:
+            yield self._numbers(rows)
+        lines = rows.count(b"\n") + bool(rows)
+        self.blank = self.blank or (self.line + lines) * (block.count(b"\n") > lines)
+        self.line += max(lines, block.count(b"\n"))
+
+    def wrong(self, line: int, what: str) -> TrajectoryError:
+        """The error that stands in a line."""
+        return TrajectoryError(f"{self.name}, line {line}: {what}")
+
+    def text(self, some: bytes, line: int) -> str:
+        """Bytes that begin at this line, as text."""
+        try:
+            return some.decode()
+        except UnicodeDecodeError as error:
+            line += some.count(b"\n", 0, error.start)
+            found = f"found the byte {some[error.start]:#04x}"
+            raise self.wrong(line, f"{found}, expected text in UTF-8") from None
+
+    def _after_header(self, block: bytes) -> bytes:
+        """Check the header; returns what follows."""
+        first, _, block = block.partition(b"\n")
+        if re.fullmatch(rb'"?sep=,"?\s*', first) and block:
+            self.notes.append("a line sep=, stands before the header; it is skipped")
+            self.head = 2
+            first, _, block = block.partition(b"\n")
+        text = self.text(first, self.head).removesuffix("\r")
+        names = line_of(text).cells
+        if names[0][:1] in ("#", "%"):
+            bare = (names[0].lstrip("#% \t"), *names[1:])
+            if tuple(map(canonical, bare)) == COLUMNS:
+                self.notes.append(f"the header stands after {names[0][0]}")
+                names = bare
+        if tuple(map(canonical, names)) != COLUMNS:
+            raise self.wrong(self.head, _wrong_header(text))
+        self.line = self.head + 1
+        return block
+
+    def _numbers(self, rows: bytes) -> list[Array]:
+        """The numbers of whole rows; what the fast reader stumbles over, the slow one names."""
+        if b'"' in rows:
+            self._note("numbers stand in quotes; they are read, slower")
+            rows = QUOTED.sub(rb"\1", rows)
+        columns = None if rows.translate(None, PLAIN_BYTES) else _read_quickly(rows)
+        return columns or self._read_slowly(rows)
+
+    def _note(self, what: str) -> None:
+        if what not in self.notes:
+            self.notes.append(what)
+
+    def _read_slowly(self, block: bytes) -> list[Array]:
+        rows = []
+        texts = self.text(block, self.line).split("\n")
+        for number, text in enumerate(texts, start=self.line):
+            line = line_of(text.removesuffix("\r"), last=number - self.line == len(texts) - 1)
+            if not all(line.numbers) or len(line.cells) != len(COLUMNS):
+                why = named(line, ROWS)
+                if why or len(line.cells) != len(COLUMNS):
+                    found = f"found {len(line.cells)} columns in {shown(text)}, expected {len(COLUMNS)}"
+                    raise self.wrong(number, f"{found}; {why}" if why else found)
+            for name, cell in zip(COLUMNS, line.cells, strict=True):
+                what = "" if is_number(cell) else cell_trait(cell)
+                if not what and not np.isfinite(float(cell)):
+                    what = "beyond 1.8e308"
+                if what:
+                    raise TrajectoryError(
+                        f"{self.name}, line {number}, column {name}: found {shown(cell, 40)}, {what}; "
+                        "expected a finite number"
+                    )
+            rows.append([float(cell) for cell in line.cells])
+        return list(np.array(rows).T)
 
 
-def _check_header(path: Path, line: bytes) -> None:
-    found = _text(path, line, 1).removesuffix("\r")
-    expected = ",".join(COLUMNS)
-    names = [ALIASES.get(name.strip(), name.strip()) for name in found.split(",")]
-    if names == list(COLUMNS):
-        return
-    if not found.strip():
-        why = "the line is empty"
-    elif "\r" in found:
-        why = "the lines end in a carriage return alone"
-    elif ";" in found or "\t" in found:
-        why = "the separator is a comma"
-    elif sorted(names) == sorted(COLUMNS):
-        why = "the columns are in another order"
-    elif len(set(names)) < len(names):
-        why = "a column stands twice"
-    else:
-        missing = [name for name in COLUMNS if name not in names]
-        unknown = [name for name in names if name not in COLUMNS]
-        why = "; ".join(
-            f"{kind} {' '.join(some)}" for kind, some in (("missing", missing), ("unknown", unknown)) if some
-        )
-    raise TrajectoryError(f"{path.name}, line 1: found {found[:80]!r}, expected {expected!r} ({why})")
+def _wrong_header(text: str) -> str:
+    """What is wrong with a header, in a line."""
+    line = line_of(text)
+    names = [canonical(name) for name in line.cells]
+    missing = [name for name in COLUMNS if name not in names]
+    unknown = [plain(name, 40) for name in names if name not in COLUMNS]
+    parts = [f"missing {' '.join(missing)}"] * bool(missing) + [f"unknown {plain(' '.join(unknown))}"] * bool(unknown)
+    why = named(line, HEADERS) or "; ".join(parts)
+    return f"found {shown(text)}, expected {','.join(COLUMNS)!r} ({why})"
 
 
-def _columns(path: Path, block: bytes, line: int) -> list[Array]:
-    """The numbers of whole rows, which begin at this line; what the fast reader stumbles over, the slow one names."""
+def _read_quickly(rows: bytes) -> list[Array] | None:
+    """The columns of whole rows of PLAIN_BYTES; None where they are not six finite numbers each."""
     import pandas as pd
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
             table = pd.read_csv(
-                io.BytesIO(block), header=None, names=COLUMNS, index_col=False, dtype=np.float64, quoting=3,
+                io.BytesIO(rows), header=None, names=COLUMNS, index_col=False, dtype=np.float64, quoting=3,
                 keep_default_na=False, skip_blank_lines=False,
             )  # fmt: skip
     except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
-        return _read_slowly(path, block, line)
+        return None
     columns = [table[name].to_numpy() for name in COLUMNS]
-    ends = block.count(b"\n") + (not block.endswith(b"\n"))
-    whole = ends == len(table) and block.count(b",") == (len(COLUMNS) - 1) * len(table)
-    if whole and all(np.isfinite(column).all() for column in columns):
-        return columns
-    return _read_slowly(path, block, line)
+    whole = rows.count(b"\n") + 1 == len(table) and rows.count(b",") == (len(COLUMNS) - 1) * len(table)
+    return columns if whole and all(np.isfinite(column).all() for column in columns) else None
 
 
-def _read_slowly(path: Path, block: bytes, line: int) -> list[Array]:
-    rows = []
-    lines = _text(path, block, line).removesuffix("\n").split("\n")
-    for number, text in enumerate(lines, start=line):
-        cells = text.removesuffix("\r").split(",")
-        if len(cells) != len(COLUMNS):
-            found, why = f"{len(cells)} columns in {text[:80]!r}", _why_not_six(text)
-            raise TrajectoryError(f"{path.name}, line {number}: found {found}, expected {len(COLUMNS)}{why}")
-        for name, cell in zip(COLUMNS, cells, strict=True):
-            if not NUMBER.fullmatch(cell):
-                what = next((what for pattern, what in MISWRITTEN if re.fullmatch(pattern, cell)), "no number")
-            elif not np.isfinite(float(cell)):
-                what = "beyond 1.8e308"
-            else:
-                continue
-            where = f"{path.name}, line {number}, column {name}"
-            raise TrajectoryError(f"{where}: found {cell[:40]!r}, {what}; expected a finite number")
-        rows.append([float(cell) for cell in cells])
-    return list(np.array(rows).T)
-
-
-def _why_not_six(line: str) -> str:
-    if not line.strip():
-        return "; the line is empty"
-    if ";" in line:
-        return "; the separator is a comma, the decimal sign a point"
-    if line.count(",") > len(COLUMNS) - 1:
-        return "; a decimal comma or a thousands separator adds columns"
-    return "; the line is cut off"
-
-
-def _check_times(path: Path, t: Array, horizon: float) -> None:
+def _check_times(reader: _Reader, t: Array, horizon: float) -> None:
     if t.size < 2:
-        raise TrajectoryError(f"{path.name}: found {t.size} rows, expected at least 2")
+        raise TrajectoryError(f"{reader.name}: found {t.size} rows, expected at least 2")
+    row = reader.head + 1  # of the first numbers
     back = np.flatnonzero(np.diff(t) <= 0)
     if back.size:
+        at = int(back[0]) + 1
         raise TrajectoryError(
-            f"{path.name}, line {back[0] + 3}, column t: found {t[back[0] + 1]:g} after {t[back[0]]:g}, "
+            f"{reader.name}, line {row + at}, column t: found {number(t[at])} after {number(t[at - 1])}, "
             "expected strictly increasing times"
         )
     if t[0] != 0:
-        raise TrajectoryError(f"{path.name}, line 2, column t: found {t[0]:g}, expected 0")
-    if abs(t[-1] - horizon) > min((t[-1] - t[-2]) / 2, horizon / 100):
+        raise TrajectoryError(f"{reader.name}, line {row}, column t: found {number(t[0])}, expected 0")
+    if abs(t[-1] - horizon) > min((t[-1] - t[-2]) / 2, LATE * horizon):
         raise TrajectoryError(
-            f"{path.name}, line {t.size + 1}, column t: found {t[-1]:.17g} in the last row, "
-            f"expected {horizon:g} within half a step"
+            f"{reader.name}, line {row + t.size - 1}, column t: found {number(t[-1])} in the last row, "
+            f"expected {number(horizon)} within half a step"
         )
 
 
-def _check_tracking_error(path: Path, trajectory: Trajectory) -> None:
+def _check_tracking_error(reader: _Reader, trajectory: Trajectory) -> None:
     difference = trajectory.x1 - trajectory.reference
-    printed = (trajectory.tracking_error, trajectory.x1, trajectory.reference)
-    slack = np.minimum(sum(map(print_error, printed)), COARSEST) + 2 * np.spacing(np.abs(trajectory.x1))
-    wrong = np.flatnonzero(np.abs(trajectory.tracking_error - difference) > slack)
+    kept = (trajectory.tracking_error, trajectory.x1, trajectory.reference)
+    slack = np.minimum(sum(map(print_error, kept)), COARSEST) + 2 * np.spacing(np.abs(trajectory.x1))
+    wrong = np.flatnonzero(~(np.abs(trajectory.tracking_error - difference) <= slack))
     if wrong.size:
+        at = int(wrong[0])
         raise TrajectoryError(
-            f"{path.name}, line {wrong[0] + 2}, column tracking_error: found {trajectory.tracking_error[wrong[0]]:g}, "
-            f"expected x1 - reference = {difference[wrong[0]]:g}"
+            f"{reader.name}, line {reader.head + 1 + at}, column tracking_error: "
+            f"found {number(trajectory.tracking_error[at])}, expected x1 - reference = {number(difference[at])}"
         )
 
 
-def digits_shown(values: Array, sample: int = 200) -> tuple[int, int]:
-    """The last decimal place and the most significant digits that printed numbers show, as powers of ten: (-12, 13).
+def number(value: float) -> str:
+    """The shortest digits that give the double back: two that differ never look the same."""
+    return repr(float(value)).removesuffix(".0")
+
+
+# ---- Digits ----
+
+USUAL = 0.25  # quantile of the rows: what fewer show or keep is by chance, as 0.5 in a column of doubles
+
+
+def digits_shown(values: Array, sample: int = 400) -> tuple[int, int]:
+    """The last decimal place and the significant digits that three quarters of printed numbers show: (-12, 13).
 
     The shortest decimals that give the doubles back stand for what was printed; zeros show nothing: (0, 0).
     """
-    shown = [Decimal(repr(float(v))).normalize().as_tuple() for v in values[:: max(1, values.size // sample)] if v]
+    some = values[values != 0]
+    shown = [Decimal(repr(float(v))).normalize().as_tuple() for v in some[:: max(1, some.size // sample)]]
     places = [number.exponent for number in shown if isinstance(number.exponent, int)]  # finite
-    return min(places, default=0), max((len(number.digits) for number in shown), default=0)
+    digits = sorted(len(number.digits) for number in shown)
+    return min(places, default=0), digits[int(USUAL * len(digits))] if digits else 0
+
+
+def is_single(values: Array) -> bool:
+    """Whether most of the numbers are those of single precision, which few doubles are by chance."""
+    some = values[values != 0]
+    with np.errstate(over="ignore", under="ignore"):
+        return bool(some.size and np.mean(some.astype(np.float32).astype(np.float64) == some) > USUAL)
 
 
 def print_error(values: Array) -> Array:
-    """How far each printed number may be from the one meant, shape (rows,), by the digits that the column shows.
+    """How far each number may be from the one meant, shape (rows,), by the digits that the column shows and keeps.
 
-    Half a unit of the last decimal place, for fixed formats, plus half a unit of the last significant digit.
+    Half a unit of the last decimal place, for fixed formats, plus half a unit of the last significant digit; half a
+    unit of single precision where that is more.
     """
     place, digits = digits_shown(values)
     if not digits:
         return np.zeros_like(values)
     bound: Array = 0.5 * 10.0**place + 0.5 * np.abs(values) * 10.0 ** (1 - digits)
+    if is_single(values):
+        with np.errstate(over="ignore", under="ignore"):
+            bound = np.maximum(bound, 0.5 * np.spacing(np.abs(values).astype(np.float32)).astype(np.float64))
     return bound

@@ -3,14 +3,13 @@
 
 from collections.abc import Iterator
 
-from conformance.judging.checks import CONTRACT
+from conformance.judging.checks import CONTRACT, LARGEST_RATIO
 from conformance.judging.trajectory import STATES
 from conformance.judging.verdict import judge_port
 from conformance.programs.ports import ROOT, Engine, Port, read_ports
 from conformance.theory.scenario import LESSON
 
 PAGE = ROOT / "docs" / "tolerances.md"
-LARGEST_RATIO = 10  # of a tolerance to the largest error measured
 
 HEAD = f"""\
 # Tolerances

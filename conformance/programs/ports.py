@@ -6,17 +6,28 @@ The facts come from the `port.toml` of every language folder; the standard libra
 
 import functools
 import hashlib
-import json
 import os
 import shutil
 import subprocess
-import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from conformance.foreign import kind, plain, read_json, read_toml, shown
+from conformance.theory.numbers import exact_value
+
 ROOT = Path(__file__).resolve().parents[2]
+RECORD: dict[str, Any] = {  # of a run: what each key holds
+    "engine": str, "engine_version": str, "proprietary": bool, "command": list, "seconds": (int, float),
+    "exit_status": int, "source_sha256": str, "csv_sha256": str,
+}  # fmt: skip
+SHAPES: dict[Any, str] = {
+    str: "a text",
+    int: "a whole number",
+    bool: "true or false",
+    tuple[str, ...]: "a list of texts",
+}
 
 
 @dataclass(frozen=True)
@@ -98,9 +109,25 @@ class Port:
         return hashlib.sha256(self.csv.read_bytes()).hexdigest() if self.csv.is_file() else ""
 
     def run(self) -> dict[str, Any] | None:
-        """The record of the last run (`run.json`), or None where there is none."""
+        """The record of the last run (`run.json`), or None where there is none.
+
+        Raises ValueError, naming file and key, for a record that lacks a key or names an engine that the port lacks.
+        """
         path = self.build / "run.json"
-        return json.loads(path.read_text()) if path.exists() else None
+        if not os.path.lexists(path):
+            return None
+        run, where = read_json(path), f"build/{self.name}/run.json"
+        if not isinstance(run, dict):
+            raise ValueError(f"{where}: found {kind(run)}, expected the record of a run")
+        for key, kinds in RECORD.items():
+            if key not in run:
+                raise ValueError(f"{where}: found no {key!r}, expected the record of a run")
+            if not isinstance(run[key], kinds) or (kinds is int and isinstance(run[key], bool)):
+                raise ValueError(f"{where}, {key}: found {kind(run[key])}, expected what a run records there")
+        names = [engine.name for engine in self.engines]
+        if run["engine"] not in names:
+            raise ValueError(f"{where}, engine: found {shown(run['engine'])}, expected of port.toml {', '.join(names)}")
+        return {**run, "engine_version": plain(run["engine_version"])}
 
     def ran_engine(self, run: dict[str, Any]) -> Engine:
         """The engine that a record names."""
@@ -112,25 +139,56 @@ def read_ports(root: Path = ROOT) -> dict[str, Port]:
     ports: dict[str, Port] = {}
     for path in sorted(root.glob("*/port.toml")):
         try:
-            ports |= {
-                name: _port(name, path.parent, **facts) for name, facts in tomllib.loads(path.read_text()).items()
-            }
+            ports |= {name: _port(name, path.parent, facts) for name, facts in read_toml(path).items()}
         except KeyError as error:
             raise ValueError(f"{path}: found no {error}, expected the facts that conformance new-port writes") from None
-        except (TypeError, AttributeError, tomllib.TOMLDecodeError) as error:
+        except (TypeError, AttributeError, ValueError) as error:
             reason = str(error).removeprefix("Port.__init__() ").removeprefix("Engine.__init__() ")
+            reason = reason.removeprefix("port.toml: ")
             raise ValueError(f"{path}: {reason}; expected the facts that conformance new-port writes") from None
     return ports
 
 
-def _port(name: str, folder: Path, **facts: Any) -> Port:
-    engines = tuple(_engine(**engine) for engine in facts.pop("engine"))
-    return Port(name, folder, engines=engines, **_frozen(facts))
+def _port(name: str, folder: Path, given: Any) -> Port:
+    facts = _table(given, name)
+    engines = facts.pop("engine")
+    if not isinstance(engines, list) or not engines:
+        raise ValueError(f"[{name}], engine: found {kind(engines)}, expected [[{name}.engine]]")
+    port = Port(name, folder, engines=tuple(_engine(name, engine) for engine in engines), **_frozen(facts))
+    _check_shapes(port, f"[{name}]")
+    return port
 
 
-def _engine(**facts: Any) -> Engine:
-    by_state = facts.pop("tolerance")
-    return Engine(**_frozen(facts), tolerance=(by_state["x1"], by_state["x2"], by_state["theta_hat"]))
+def _engine(port: str, given: Any) -> Engine:
+    facts = _table(given, f"{port}.engine")
+    by_state = _table(facts.pop("tolerance"), f"{port}.engine, tolerance")
+    tolerance = tuple(float(exact_value(by_state[state])) for state in ("x1", "x2", "theta_hat"))
+    if not all(0 < bound < 1e300 for bound in tolerance):
+        raise ValueError(f"[{port}.engine], tolerance: found {kind(by_state)}, expected positive numbers")
+    x1, x2, theta_hat = tolerance
+    engine = Engine(**_frozen(facts), tolerance=(x1, x2, theta_hat))
+    _check_shapes(engine, f"[{port}.engine]")
+    return engine
+
+
+def _table(value: Any, where: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError(f"[{where}]: found {kind(value)}, expected a table")
+    return dict(value)
+
+
+def _check_shapes(facts: Port | Engine, where: str) -> None:
+    """Raise ValueError unless each fact has the shape of its field."""
+    for fact in fields(facts):
+        value = getattr(facts, fact.name)
+        right: dict[Any, bool] = {
+            str: isinstance(value, str),
+            int: isinstance(value, int) and not isinstance(value, bool),
+            bool: isinstance(value, bool),
+            tuple[str, ...]: isinstance(value, tuple) and all(isinstance(word, str) for word in value),
+        }
+        if not right.get(fact.type, True):
+            raise ValueError(f"{where}, {fact.name}: found {kind(value)}, expected {SHAPES[fact.type]}")
 
 
 def _frozen(facts: dict[str, Any]) -> dict[str, Any]:
@@ -148,5 +206,5 @@ def selected_ports(names: Sequence[str] | None = None, root: Path = ROOT) -> dic
     asked = os.environ.get("PORTS", " ".join(ports)).split() if names is None else names
     unknown = [name for name in asked if name not in ports]
     if unknown or not asked:
-        raise ValueError(f"PORTS: {' '.join(unknown) or 'empty'}; the ports are {' '.join(ports)}")
+        raise ValueError(f"PORTS: {plain(' '.join(unknown)) or 'empty'}; the ports are {' '.join(ports)}")
     return {name: port for name, port in ports.items() if name in asked}

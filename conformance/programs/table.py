@@ -4,6 +4,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from conformance.foreign import plain, regular
 from conformance.programs.ports import Port
 
 HEAD = ("port", "engine and version", "rows", "final tracking error", "final estimate", "seconds")
@@ -16,14 +17,18 @@ def table(ports: Iterable[Port]) -> str:
 
 def row(port: Port) -> tuple[str, ...]:
     """The table's cells for one port."""
-    run = port.run()
+    try:
+        run = port.run()
+    except ValueError as unreadable:
+        return (port.name, plain(unreadable), "", "", "", "")
     if run is None:
         return (port.name, "did not run", "", "", "", "")
     engine, seconds = engine_and_version(run), f"{run['seconds']:.2f}"
     if run["exit_status"] != 0:
         return (port.name, engine, "", f"failed, status {run['exit_status']}", "", seconds)
     try:
-        lines = port.csv.read_text().splitlines()
+        regular(port.csv)
+        lines = port.csv.read_text(encoding="utf-8").splitlines()
         _, _, _, theta_hat, _, error = map(float, lines[-1].split(","))
     except (OSError, ValueError, IndexError):
         return (port.name, engine, "", "no CSV, or not whole", "", seconds)

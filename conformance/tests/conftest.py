@@ -8,12 +8,11 @@ from typing import Any
 
 import pytest
 
-from conformance.atomic import write_atomically
 from conformance.judging.checks import Tolerance
 from conformance.judging.trajectory import Trajectory
-from conformance.judging.verdict import judge_all, summary, to_json
+from conformance.judging.verdict import judge_all, summary, write_result
 from conformance.pages.report.page import PAGE, write_page
-from conformance.programs.ports import ROOT, Port
+from conformance.programs.ports import Port
 from conformance.tests.under_test import PORTS, engine_of, trajectory_of
 from conformance.theory.scenario import LESSON
 from conformance.trials.kill_matrix import prepare
@@ -91,7 +90,7 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     if terminalreporter.config.option.collectonly or hasattr(terminalreporter.config, "workerinput"):  # of xdist
         return
     judgement = judge_all(PORTS, LESSON)
-    write_atomically(ROOT / "build" / "result.json", to_json(judgement.verdicts, judgement.pairs))
+    write_result(judgement)
     terminalreporter.section("programs")
     terminalreporter.write_line(summary(judgement))
     try:

@@ -34,8 +34,9 @@ PATIENCE_WITH_MATLAB = 600  # s, for a proprietary engine: two slow starts, and 
 RUNNER = ROOT / "conformance" / "programs" / "run.py"
 PACKAGES = ("numpy", "scipy", "woxi")  # of .venv, on which programs run
 MAKE_NEEDS = (
-    "Makefile", "conformance/__init__.py", "conformance/setup.sh",
+    "Makefile", "conformance/__init__.py", "conformance/foreign.py", "conformance/setup.sh",
     "conformance/programs/__init__.py", "conformance/programs/ports.py",
+    "conformance/theory/__init__.py", "conformance/theory/numbers.py",
 )  # fmt: skip
 EVERY = "every"  # stands for all ports; its text is in snake_case, spelled for each
 KEYS = {"title", "section", "shows", "refused_by", "scenario", "constants", "edits", "without"}
@@ -251,7 +252,10 @@ def _alone(folders: Iterable[Path]) -> Iterator[None]:
 
 def _seconds(one: Job) -> float:
     """How long the program took in the tree, with a compiler's share; unknown is longest."""
-    run = one.port.run()
+    try:
+        run = one.port.run()
+    except ValueError:
+        run = None
     return float("inf") if run is None else float(run["seconds"]) + 2 * bool(one.port.target)
 
 

@@ -6,7 +6,7 @@ No formula of the controller stands here: `design` derives them from the plant.
 
 import functools
 import inspect
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from decimal import ROUND_UP, Decimal, localcontext
 from fractions import Fraction
 
@@ -60,7 +60,7 @@ def truth(scenario: Scenario, target: float = 1e-18) -> Enclosure:
     return enclose(problem(scenario), target)
 
 
-def truth_table(scenario: Scenario, times: Sequence[Fraction], digits: int) -> Iterator[list[str]]:
+def truth_table(scenario: Scenario, times: Iterable[Fraction], digits: int) -> Iterator[list[str]]:
     """Rows of text: a header, then per time (s) those of PRINTED as value and radius.
 
     A value has `digits` significant digits; its radius, rounded up, covers the enclosure and the rounding of the value.

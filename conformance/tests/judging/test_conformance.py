@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from conformance.judging import checks
-from conformance.judging.checks import CHECKS, CONTRACT, Check, Tolerance, programs_agree
+from conformance.judging.checks import CHECKS, CONTRACT, LARGEST_RATIO, Check, Tolerance, programs_agree
 from conformance.judging.measured import Measured
 from conformance.judging.trajectory import Trajectory
-from conformance.pages.tolerances import LARGEST_RATIO, PAGE, page
+from conformance.pages.tolerances import PAGE, page
 from conformance.programs.ports import read_ports
 from conformance.tests.under_test import PORTS, engine_of, trajectory_of
 from conformance.theory.scenario import LESSON

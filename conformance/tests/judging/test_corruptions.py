@@ -11,7 +11,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from conformance.judging.trajectory import COLUMNS, STATES, Array, TrajectoryError, load
+from conformance.judging.checks import CHECKS, OF_ANYONE, Check
+from conformance.judging.layout import COLUMNS
+from conformance.judging.trajectory import STATES, Array, TrajectoryError, load
 from conformance.judging.verdict import Verdict, judge_file
 from conformance.tests.judging.test_verdict import validate
 from conformance.theory.scenario import LESSON
@@ -46,10 +48,10 @@ RIGHT_TEXT = text(RIGHT)
 LINES = RIGHT_TEXT.splitlines(keepends=True)
 
 
-def judged(content: str | bytes, folder: Path) -> Verdict:
+def judged(content: str | bytes, folder: Path, checks: Sequence[Check] = OF_ANYONE) -> Verdict:
     path = folder / "judged.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return judge_file(path, LESSON)
+    return judge_file(path, LESSON, checks=checks)
 
 
 # ---- Corruptions ----
@@ -138,7 +140,7 @@ CORRUPTIONS: dict[str, tuple[str, Callable[[], str | bytes]]] = {
     "semicolons and decimal commas": ("separator is a comma", lambda: RIGHT_TEXT.replace(",", ";").replace(".", ",")),
     "a last line cut off": ("line 4002: found 3 columns", lambda: RIGHT_TEXT[: RIGHT_TEXT.rindex(",", 0, -50)]),
     "a binary file": ("found a binary file", lambda: bytes(range(256)) * 16),
-    "UTF-16": ("a binary file or UTF-16", lambda: RIGHT_TEXT.encode("utf-16")),
+    "UTF-16": ("found UTF-16", lambda: RIGHT_TEXT.encode("utf-16")),
     "an empty file": ("found an empty file", lambda: ""),
     "a header alone": ("found 0 rows", lambda: LINES[0]),
     "no header": ("line 1: found", lambda: "".join(LINES[1:])),
@@ -160,6 +162,15 @@ CORRUPTIONS: dict[str, tuple[str, Callable[[], str | bytes]]] = {
     "gain +9 %": ("output-approaches-reference", lambda: changed(x1=1.09 * X1)),
     "a steady offset of 1e-5": ("x1-equals-the-exact-solution", lambda: changed(x1=X1 + 1e-5)),
     "190 samples set to 50": ("errors-stay-bounded", lambda: changed(x1=spoilt(X1, 1000, 190, 50.0))),
+    "x1 in single precision but for one row": (
+        "x1-is-in-double-precision",
+        lambda: changed(x1=np.where(ROWS == 1234, X1, single(X1))),
+    ),
+    "a third of the rows in single precision": (
+        "x1-is-in-double-precision",
+        lambda: changed(x1=np.where(ROWS % 3 == 0, single(X1), X1)),
+    ),
+    "a last row 0.19 late": ("found 20.19 in the last row", lambda: text(right(np.r_[0.42 * np.arange(48), 20.19]))),
     "x1 in single precision": ("x1-is-in-double-precision", lambda: changed(x1=single(X1))),
     "12 decimals": ("x2-is-in-double-precision", lambda: text(RIGHT, "%.12f")),
     "Euler instead of RK4": ("x2-equals-the-exact-solution", euler),
@@ -188,14 +199,14 @@ CORRUPTIONS: dict[str, tuple[str, Callable[[], str | bytes]]] = {
 @pytest.mark.parametrize("name", CORRUPTIONS)
 def test_corruption_is_refused_by_its_check(name: str, tmp_path: Path) -> None:
     reason, corrupt = CORRUPTIONS[name]
-    verdict = judged(corrupt(), tmp_path)
+    verdict = judged(corrupt(), tmp_path, CHECKS)
     failed = [result.claim for result in verdict.results if not result.passed]
     assert verdict.status == "fail"
     assert reason in failed if verdict.results else reason in verdict.reason, (failed, verdict.reason)
 
 
 def test_every_claim_has_refused_something(tmp_path: Path) -> None:
-    claims = {result.claim for result in judged(RIGHT_TEXT, tmp_path).results}
+    claims = {result.claim for result in judged(RIGHT_TEXT, tmp_path, CHECKS).results}
     assert claims <= {reason for reason, _ in CORRUPTIONS.values()}
 
 
@@ -227,6 +238,14 @@ SAME: dict[str, Callable[[], str | bytes]] = {
     "a finer grid": lambda: text(right(np.arange(20001) / 1000)),
     "an irregular grid": lambda: text(right(IRREGULAR)),
     "a last row half a step early": lambda: text(right(np.r_[UNIFORM[:-1], 19.999])),
+    "12 decimals": lambda: text(RIGHT, "%.12f"),
+    "12 digits": lambda: text(RIGHT, "%.12g"),
+    "9 digits": lambda: text(RIGHT, "%.9g"),
+    "states kept in single precision": lambda: text(
+        RIGHT | {"x1": single(X1), "x2": single(X2), "theta_hat": single(THETA_HAT)}
+    ),
+    "few rows, dense where the states move": lambda: text(right(20 * (np.arange(401) / 400) ** 1.5)),
+    "times that add up": lambda: text(right(np.cumsum(np.r_[0, np.full(10000, 0.002)]))),
     "another solver": lambda: text(logged(UNIFORM, dop853())),
 }
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from conformance.judging.checks import Result
-from conformance.judging.trajectory import COLUMNS
+from conformance.judging.layout import COLUMNS
 from conformance.judging.verdict import Verdict, headline, judge_all, judge_file, judge_port, to_json
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.tests.under_test import PORTS, record
@@ -201,8 +201,22 @@ def test_diff_tells_of_what_came_went_and_changed(tmp_path: Path) -> None:
     assert answer.returncode == 1 and answer.stdout.splitlines() == [
         "b: gone",
         "a: status was 'pass', is 'fail'",
-        "a: a-claim: was 0.01 of 1, holds, is 2 of 1, fails",
         "c: new, missing",
+        "a: a-claim: worse, was 0.01 of 1, holds, is 2 of 1, fails (200 times)",
+        "1 worse",
+    ]
+
+
+def test_diff_tells_what_got_better_and_worse_where_every_status_is_the_same(tmp_path: Path) -> None:
+    def verdict(figures: dict[str, float]) -> Verdict:
+        return Verdict("a", "pass", results=tuple(Result(c, "(10)", f, 1.0, "", "") for c, f in figures.items()))
+
+    old = result_file(tmp_path / "old.json", verdict({"left": 0.1, "fell": 0.4, "rose": 0.2, "tiny": 1e-9}))
+    new = result_file(tmp_path / "new.json", verdict({"left": 0.105, "fell": 0.1, "rose": 0.3, "tiny": 1e-6}))
+    assert diff(old, new).stdout.splitlines() == [
+        "a: rose: worse, was 0.2 of 1, holds, is 0.3 of 1, holds (1.5 times)",
+        "a: fell: better, was 0.4 of 1, holds, is 0.1 of 1, holds (4 times)",
+        "1 worse, 1 better",
     ]
 
 

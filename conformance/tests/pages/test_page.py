@@ -12,7 +12,7 @@ import sympy as sp
 from sympy.parsing.sympy_parser import implicit_multiplication, parse_expr, standard_transformations
 
 from conformance.judging.checks import Result
-from conformance.judging.trajectory import COLUMNS
+from conformance.judging.layout import COLUMNS
 from conformance.pages.report.curves import GRID, curves
 from conformance.pages.report.equations import EQUATIONS
 from conformance.pages.report.listing import highlighted, highlighting

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from conformance.judging.report import report_problems
 from conformance.judging.trajectory import load
-from conformance.judging.verdict import report_problems
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.run import choose_engine, headless, in_place
 from conformance.programs.sources import source
@@ -116,7 +116,7 @@ def test_program_runs_bare_as_its_head_says_and_replaces_an_old_csv(short_progra
     assert answer.returncode == 0, answer.stderr
     assert not list(short_program.folder.glob("*.part"))
     trajectory = load(csv, 0.1)  # in the transient, where every row differs from the one before it
-    assert report_problems(answer.stdout, trajectory, LESSON, csv.name) == []
+    assert report_problems(answer.stdout.splitlines(), trajectory, LESSON, csv.name) == []
 
 
 def test_readme_says_how_to_run_each_program_bare(port: Port) -> None:

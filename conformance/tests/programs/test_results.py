@@ -4,15 +4,15 @@
 import re
 import struct
 
+from conformance.judging.report import report_problems
 from conformance.judging.trajectory import Trajectory
-from conformance.judging.verdict import report_problems
 from conformance.programs.ports import Port
 from conformance.tests.under_test import engine_of, record
 from conformance.theory.scenario import LESSON
 
 
 def test_standard_output_says_the_same_as_the_csv(port: Port, trajectory: Trajectory) -> None:
-    problems = report_problems(port.stdout.read_text(), trajectory, LESSON, port.csv.name)
+    problems = report_problems(port.stdout.read_text().splitlines(), trajectory, LESSON, port.csv.name)
     assert not problems, "\n".join(problems)
 
 
