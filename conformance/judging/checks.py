@@ -112,7 +112,8 @@ def reference_is_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
     figure, where = largest(logged - log.exact.reference(log.trajectory.t), log.trajectory.t, "reference")
     argument = float(abs(scenario.phase) + abs(scenario.omega) * scenario.horizon)
     rounding = 4 * DOUBLE * float(abs(scenario.amplitude)) * (1 + argument)
-    printed = min(float(print_error(logged).max()), COARSEST)
+    clock = float(print_error(log.trajectory.t).max() * abs(scenario.amplitude * scenario.omega))
+    printed = min(float(print_error(logged).max()) + clock, COARSEST)
     return Result("reference-is-the-scenarios", "(10)", figure, rounding + printed, where, "rounding and print")
 
 

@@ -281,6 +281,7 @@ def number(value: float) -> str:
 
 # ---- Digits ----
 
+ALMOST_ALL = 0.9  # share of the rows: of 9 digits by chance few are those of a number in single precision
 USUAL = 0.25  # quantile of the rows: what fewer show or keep is by chance, as 0.5 in a column of doubles
 
 
@@ -296,11 +297,20 @@ def digits_shown(values: Array, sample: int = 400) -> tuple[int, int]:
     return min(places, default=0), digits[int(USUAL * len(digits))] if digits else 0
 
 
-def is_single(values: Array) -> bool:
-    """Whether most of the numbers are those of single precision, which few doubles are by chance."""
+def is_single(values: Array, sample: int = 400) -> bool:
+    """Whether most of the numbers are those of single precision, as doubles or in the 8 or 9 digits that it needs."""
     some = values[values != 0]
+    if not some.size:
+        return False
     with np.errstate(over="ignore", under="ignore"):
-        return bool(some.size and np.mean(some.astype(np.float32).astype(np.float64) == some) > USUAL)
+        if np.mean(some.astype(np.float32).astype(np.float64) == some) > USUAL:
+            return True
+        few = some[:: max(1, some.size // sample)]
+        printed = [
+            value in (float(f"{single:.9g}"), float(str(single)))
+            for value, single in zip(few, few.astype(np.float32), strict=True)
+        ]
+    return digits_shown(values)[1] in (8, 9) and float(np.mean(printed)) > ALMOST_ALL
 
 
 def print_error(values: Array) -> Array:

@@ -144,7 +144,7 @@ def read_ports(root: Path = ROOT) -> dict[str, Port]:
             raise ValueError(f"{path}: found no {error}, expected the facts that conformance new-port writes") from None
         except (TypeError, AttributeError, ValueError) as error:
             reason = str(error).removeprefix("Port.__init__() ").removeprefix("Engine.__init__() ")
-            reason = reason.removeprefix("port.toml: ")
+            reason = reason.removeprefix("port.toml: ").removeprefix("port.toml, ")
             raise ValueError(f"{path}: {reason}; expected the facts that conformance new-port writes") from None
     return ports
 
