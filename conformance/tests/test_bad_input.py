@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Whatever comes in, the command line answers in one line and status 2, loses nothing, and lets nothing forge a line."""
+"""Whatever comes in, the command line answers in one line and status 2, loses nothing, and nothing forges a line."""
 
 import json
 import os
