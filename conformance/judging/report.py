@@ -34,12 +34,14 @@ REPORT = (
     Said("Data written to", "the CSV's name", r"(\S.*)"),
 )
 COLONLESS = REPORT[3].label
+LABELS = tuple(said.label for said in REPORT)
 OF_THE_JVM = re.compile(r"(Picked up \w+:|NOTE: Picked up|.*VM warning:|WARNING: ).*")
 
 
-def read_report(path: Path) -> tuple[list[str], list[str]]:
+def read_report(path: Path, banners: bool = False) -> tuple[list[str], list[str]]:
     """The lines of a text in UTF-8 or UTF-16, empty ones for what a Java machine says of itself; and notes.
 
+    With `banners`, also for what is none of the four lines: a proprietary engine may greet, or tell of its licence.
     Raises ValueError where it cannot be read.
     """
     content = read_bytes(path, LARGEST)
@@ -49,8 +51,9 @@ def read_report(path: Path) -> tuple[list[str], list[str]]:
     elif content[1::2][:20].strip(b"\0") == b"" and len(content) > 1:
         encoding = "utf-16-le"
     lines = content.decode(encoding, errors="replace").splitlines()
-    spoken = [bool(OF_THE_JVM.fullmatch(line)) for line in lines]
-    notes = ["standard output: lines of the Java machine about itself are left out"] if any(spoken) else []
+    spoken = [bool(OF_THE_JVM.fullmatch(line)) or (banners and not line.startswith(LABELS)) for line in lines]
+    who = "engine" if banners else "Java machine"
+    notes = [f"standard output: lines of the {who} about itself are left out"] if any(spoken) else []
     return ["" if its_own else line for line, its_own in zip(lines, spoken, strict=True)], notes
 
 

@@ -85,11 +85,12 @@ def judge_file(
     tolerance: Tolerance = CONTRACT,
     target: float = TARGET,
     checks: Sequence[Check] = OF_ANYONE,
+    banners: bool = False,
 ) -> Verdict:
     """The verdict on anyone's CSV, and on what its program printed where `stdout` is given.
 
-    `target` is the radius of the proof of the exact solution. Raises ProofEnded where there is no proof, ValueError
-    where `stdout` cannot be read.
+    `banners`: the engine may print more than the program. `target` is the radius of the proof of the exact solution.
+    Raises ProofEnded where there is no proof, ValueError where `stdout` cannot be read.
     """
     name = plain(path.name)
     try:
@@ -101,7 +102,7 @@ def judge_file(
         problems = [explain(check, result) for check, result in judged if not result.passed]
         notes = [*trajectory.notes, *(digit_notes(trajectory) if checks is OF_ANYONE else ())]
         if stdout is not None:
-            lines, more = read_report(stdout)
+            lines, more = read_report(stdout, banners)
             notes += more
             problems += report_problems(lines, trajectory, scenario, path.name)
     results = tuple(result for _, result in judged)
@@ -137,7 +138,8 @@ def _judge_run(port: Port, scenario: Scenario) -> Verdict:
     if run["csv_sha256"] != port.csv_hash():
         reason = f"{port.csv.name} is not the file that the run wrote; {again}"
         return Verdict(port.name, "stale", reason, engine, stand_in)
-    judged = judge_file(port.csv, scenario, port.stdout, port.ran_engine(run).tolerance, checks=CHECKS)
+    ran = port.ran_engine(run)
+    judged = judge_file(port.csv, scenario, port.stdout, ran.tolerance, checks=CHECKS, banners=ran.proprietary)
     return replace(judged, name=port.name, engine=engine, stand_in=stand_in)
 
 
