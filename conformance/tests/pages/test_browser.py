@@ -249,7 +249,7 @@ def test_two_clicks_set_java_beside_matlab(browser: Browser, report: Path) -> No
     columns = [other.page.locator(f"[data-port={port}][data-step=tuning-function]") for port in ("java", "matlab")]
     boxes = [column.bounding_box() for column in columns]
     assert all(boxes) and boxes[0]["y"] == boxes[1]["y"] and 0 < boxes[0]["y"] < 900  # type: ignore[index]
-    assert all("tau2 = x1 * z1" in column.inner_text() for column in columns)
+    assert all("tau2 = phi * z1" in column.inner_text() for column in columns)
     other.page.context.close()
 
 

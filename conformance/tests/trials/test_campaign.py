@@ -154,7 +154,7 @@ def spoilt(one: Trial, old: str, new: str) -> Trial:
 
 
 def test_a_wrong_program_fails_and_what_is_printed_reproduces_it(one: Trial, tmp_path: Path) -> None:
-    outcome = carry_out(spoilt(one, " - x1 * theta_hat_dot  #", "  #"), "")
+    outcome = carry_out(spoilt(one, " - phi * theta_hat_dot  #", "  #"), "")
     assert outcome.status == "fail" and "(16)" in outcome.reason
     text = report([outcome], tmp_path)
     printed = tmp_path / "printed.toml"
@@ -179,7 +179,7 @@ def test_a_program_without_a_csv_does_not_pass(one: Trial, old: str, new: str, r
 
 
 def test_a_program_that_does_not_compile_does_not_pass(tmp_path: Path) -> None:
-    outcome = carry_out(spoilt(trial_of(read_ports()["cpp"], tmp_path), "double theta = ", "int theta = "), "")
+    outcome = carry_out(spoilt(trial_of(read_ports()["cpp"], tmp_path), "double theta_true = ", "int theta_true = "), "")
     assert outcome.status == "error" and "g++ ended with status 1" in outcome.reason
 
 
@@ -208,7 +208,7 @@ def test_an_error_is_tried_again(one: Trial) -> None:
     ("words", "reason"),
     [
         (["--count", "0"], "expected a positive whole number"),
-        (["--seed", "x"], "invalid int value"),
+        (["--seed", "x"], "expected a whole number"),
         (["--ports", "fortran"], "the ports are"),
         (["--scheduler", "nowhere"], "missing port number"),
     ],
