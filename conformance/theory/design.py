@@ -19,7 +19,7 @@ from typing import Any
 
 import sympy as sp
 
-from .nonzero import singularities
+from .nonzero import is_bounded, singularities
 from .program import Program, evaluate, explicit, needed
 from .strict_feedback import TIME, DesignError, StrictFeedback, expression
 
@@ -244,7 +244,8 @@ def closed_loop(
     `theta` holds p exact numbers, `reference` is an expression in `time`, `values` gives exact numbers to the symbols
     among the gains and constants. Numbers are int, Fraction, SymPy rationals, or decimals as strings: "1.2" is 6/5.
     Symbols in `free` stay, as parameters of a family of closed loops; `theta` and `reference` may hold them.
-    Raises DesignError for a wrong length, a float, a symbol left without a value, or gains that are not positive.
+    Raises DesignError for a wrong length, a float, a symbol left without a value, gains that are not positive, or a
+    reference that is not real, smooth and bounded with its first n derivatives, (3).
     """
     plant = design.plant
     if len(theta) != len(plant.parameters):
@@ -277,7 +278,11 @@ def _derivatives(reference: Any, time: sp.Symbol, count: int, free: Sequence[sp.
         raise DesignError(f"the reference: {r} may use {time} alone")
     for e, verdict in singularities(r, (time,)):
         raise DesignError(f"the reference: {e} is not smooth, or not known to be {verdict}".rstrip())
-    return [sp.diff(r, time, order) for order in range(count)]
+    derivatives = [sp.diff(r, time, order) for order in range(count)]
+    for e in derivatives:
+        if not is_bounded(e, time):
+            raise DesignError(f"the reference: {e} is not bounded, or not known to be (3)")
+    return derivatives
 
 
 def _substituted(

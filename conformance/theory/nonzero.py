@@ -2,9 +2,10 @@
 """Is a function of the state bounded away from 0, and is it smooth? Yes with a proof, no with a point, or undecided.
 
 Limits of the method. A proof comes from interval arithmetic over the whole state space, from the assumptions of the
-declared constants, or, for a polynomial in one state, from its real roots. A zero is looked for exactly on lines
-parallel to the axes through a few integer points, and then by a change of sign on a grid. A zero that touches without a
-change of sign, off those lines, is not found: the answer is then "undecided", never "proven".
+declared constants, or, for a polynomial in one state, from its real roots. A zero is looked for exactly at the points
+of a small lattice and on lines parallel to the axes through a few of them, and then by a change of sign on a grid. A
+zero that touches without a change of sign, off those points and lines, is not found: the answer is then "undecided",
+never "proven".
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 SMOOTH = (sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh, sp.tanh, sp.atan, sp.asinh, sp.erf)
+LATTICE = (0, 1, -1, 2, -2, 3, -3, sp.pi / 2, -sp.pi / 2, sp.pi, -sp.pi)  # where each state is put
 LINES = (0, 1, -1, 2)  # the other states are held at these while one is solved for
 GRID = (-10, -3, -1, 0, 1, 3, 10)  # corners of the search for a change of sign
-GRID_POINTS = 2500  # largest number of grid points looked at
+GRID_POINTS = 2500  # largest number of points looked at, of the lattice and of the grid
 
 Point = Mapping[sp.Symbol, sp.Expr]
 
@@ -57,23 +59,24 @@ class Verdict:
 def sign_of(expression: sp.Expr, states: Sequence[sp.Symbol]) -> Verdict:
     """Return what can be decided about the sign of a function of the states, each ranging over all real numbers.
 
-    Symbols that are no states are constants, of which only their SymPy assumptions are known.
+    Symbols that are no states are real constants, of which else only their SymPy assumptions are known.
     """
-    real = {s: sp.Symbol(s.name, real=True) for s in states}
+    constants = {s for s in expression.free_symbols - set(states) if s.is_extended_real is None}
+    real = {s: sp.Symbol(s.name, real=True) for s in (*states, *constants)}
     back = {v: k for k, v in real.items()}
     verdict = _sign_of(expression.xreplace(real), [real[s] for s in states if s in expression.free_symbols])
     return Verdict(verdict.sign, {back[s]: v.xreplace(back) for s, v in verdict.point.items()})
 
 
 def _sign_of(e: sp.Expr, states: list[sp.Symbol]) -> Verdict:
-    if not states and not e.atoms(AppliedUndef):
-        return _sign_of_constant(e)
     low, high = _range(e)
     if low > 0 or high < 0:
         return Verdict(Sign.POSITIVE if low > 0 else Sign.NEGATIVE)
     if e.atoms(AppliedUndef):
         return Verdict(Sign.UNDECIDED)
-    point = _zero_on_lines(e, states) or _zero_by_change_of_sign(e, states)
+    if not states:
+        return _sign_of_constant(e)
+    point = _zero_on_lattice(e, states) or _zero_on_lines(e, states) or _zero_by_change_of_sign(e, states)
     if point:
         return Verdict(Sign.VANISHES, point)
     if _is_rational_polynomial(e, states):  # all real roots were looked for, there are none, so |e| has a minimum
@@ -137,6 +140,19 @@ def _power(base: tuple[sp.Expr, sp.Expr], exponent: int) -> tuple[sp.Expr, sp.Ex
     if exponent % 2 == 0 and low < 0 < high:
         return sp.S.Zero, ends[1]
     return ends[0], ends[1]
+
+
+def _zero_on_lattice(e: sp.Expr, states: list[sp.Symbol]) -> Point:
+    """Return a point of the lattice at which e is exactly 0, or nothing."""
+    if e.free_symbols != set(states):
+        return {}
+    function = sp.lambdify(states, e, "math")
+    for corner in itertools.islice(itertools.product(LATTICE, repeat=len(states)), GRID_POINTS):
+        if abs(_float(function, [float(value) for value in corner])) < 1e-9:
+            point = dict(zip(states, map(sp.sympify, corner), strict=True))
+            if sp.simplify(e.subs(point)) == 0:
+                return point
+    return {}
 
 
 def _zero_on_lines(e: sp.Expr, states: list[sp.Symbol]) -> Point:
@@ -234,12 +250,41 @@ def singularities(expression: sp.Expr, states: Sequence[sp.Symbol]) -> Iterator[
 
 def _singularity_of_power(e: sp.Expr, states: Sequence[sp.Symbol]) -> Verdict | None:
     base, exponent = (e.args[0], None) if isinstance(e, sp.log) else (e.base, e.exp)
-    if exponent is not None and ((exponent.is_Integer and exponent >= 0) or not e.free_symbols & set(states)):
+    if exponent is not None and exponent.is_Integer and (exponent >= 0 or not e.free_symbols & set(states)):
         return None
+    if not e.free_symbols & set(states):  # a constant, which has to be real
+        return None if base.is_nonnegative or sign_of(base, ()).sign is Sign.POSITIVE else Verdict(Sign.UNKNOWN_SIGN)
     verdict = sign_of(base, states)
     if verdict.sign is Sign.NEGATIVE and (exponent is None or not exponent.is_Integer):
         return Verdict(Sign.UNKNOWN_SIGN)
     return verdict
+
+
+def is_bounded(expression: sp.Expr, time: sp.Symbol) -> bool:
+    """Return whether a smooth function of the time was proven to be bounded for all times >= 0.
+
+    Other symbols are real constants. The proof is by sums, products and functions of what is bounded, or by a finite
+    limit at infinity.
+    """
+    real = {s: sp.Symbol(s.name, real=True) for s in expression.free_symbols - {time} if s.is_extended_real is None}
+    t = sp.Symbol(time.name, nonnegative=True)
+    return _is_bounded(expression.xreplace(real | {time: t}), t)
+
+
+def _is_bounded(e: sp.Expr, t: sp.Symbol) -> bool:
+    if t not in e.free_symbols or isinstance(e, (sp.sin, sp.cos, sp.tanh, sp.atan, sp.erf)):
+        return True
+    inverse = e.is_Pow and e.exp.is_Integer and e.exp < 0
+    if (isinstance(e, sp.exp) and e.args[0].is_nonpositive) or (inverse and sign_of(e.base, (t,)).bounded_away):
+        return True
+    if (e.is_Add or e.is_Mul or isinstance(e, SMOOTH)) and all(_is_bounded(a, t) for a in e.args):
+        return True
+    if e.is_Pow and e.exp.is_Integer and e.exp > 0 and _is_bounded(e.base, t):
+        return True
+    try:
+        return sp.limit(e, t, sp.oo).is_finite is True
+    except (NotImplementedError, ValueError, TypeError, AttributeError):
+        return False
 
 
 def _short(value: sp.Expr) -> str:

@@ -338,13 +338,16 @@ def expression(value: Any, where: str) -> sp.Expr:
     """Return an exact SymPy expression; raises DesignError, naming `where`, for a float and for anything else.
 
     Accepts SymPy expressions, int and Fraction; decimals are written as strings or rationals, since 1.2 is no double.
+    Numbers in it must be real.
     """
-    if isinstance(value, (sp.Expr, int, Fraction)) and not isinstance(value, bool):
-        result = sp.sympify(value)
-        if not result.atoms(sp.Float) and result.is_finite is not False and not result.has(sp.nan, sp.zoo, sp.oo):
-            return result
+    if not isinstance(value, (sp.Expr, int, Fraction)) or isinstance(value, bool):
+        raise DesignError(f"{where}: {value!r} is not a SymPy expression")
+    result = sp.sympify(value)
+    if result.atoms(sp.Float) or result.is_finite is False or result.has(sp.nan, sp.zoo, sp.oo):
         raise DesignError(f"{where}: {value} is not exact and finite; write decimals as rationals, 6/5 for 1.2")
-    raise DesignError(f"{where}: {value!r} is not a SymPy expression")
+    if any(e.is_extended_real is False for e in sp.preorder_traversal(result) if e.is_number):
+        raise DesignError(f"{where}: {value} is not real")
+    return result
 
 
 def _freeze(target: object, *names: str) -> None:
@@ -363,6 +366,9 @@ def _check_symbols(states: tuple[Any, ...], u: Any, parameters: tuple[Any, ...],
         raise DesignError("states: a plant has at least one state")
     for kind, symbols in (("state", states), ("input", (u,)), ("parameter", parameters), ("constant", constants)):
         _check_kind(kind, symbols)
+        for s in symbols:
+            if s.is_extended_real is False:
+                raise DesignError(f"the {kind} {s} is not a real number")
     names = [_name(s) for s in (*states, u, *parameters, *constants)]
     repeated = [name for k, name in enumerate(names) if name in names[:k]]
     if repeated:

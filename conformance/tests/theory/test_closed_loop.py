@@ -93,7 +93,21 @@ BAD_LOOPS = {
     "a reference of the state": (["1.2"], x1, EXPERIMENT, "the reference: x1 may use t alone"),
     "a reference with a double": (["1.2"], 0.5 * t, EXPERIMENT, "the reference: .* is not exact"),
     "a reference with a kink": (["1.2"], sp.Abs(t - 1), EXPERIMENT, "the reference: .* is not smooth"),
+    "an imaginary reference": (["1.2"], sp.I * sp.sin(t), EXPERIMENT, "the reference: .* is not real"),
+    "a reference that grows": (["1.2"], sp.exp(t), EXPERIMENT, r"the reference: exp\(t\) is not bounded, or not known"),
+    "a cubic reference": (["1.2"], t**3, EXPERIMENT, r"the reference: t\*\*3 is not bounded"),
+    "a swing that grows": (["1.2"], t * sp.sin(t), EXPERIMENT, "the reference: .* is not bounded"),
+    "a derivative that grows": (["1.2"], sp.sin(t**2), EXPERIMENT, "the reference: .* is not bounded"),
 }
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [3, sp.sin(t) * sp.cos(2 * t) ** 2, sp.tanh(t), sp.exp(-t), t * sp.exp(-t), 1 / (1 + t**2), sp.exp(sp.sin(t))],
+    ids=str,
+)
+def test_bounded_reference_is_accepted(reference):
+    assert lesson_loop(reference).explicit(lesson_loop(reference).reference) == reference
 
 
 @pytest.mark.parametrize(("theta", "reference", "values", "message"), BAD_LOOPS.values(), ids=BAD_LOOPS)

@@ -18,6 +18,7 @@ x1, x2, x3, u, t = sp.symbols("x1 x2 x3 u t")
 theta, theta1, theta2 = sp.symbols("theta theta1 theta2")
 eta, d, b = sp.symbols("eta d b")
 b_positive, b_nonzero = sp.Symbol("b", positive=True), sp.Symbol("b", nonzero=True)
+c = sp.Symbol("c")
 sin, cos = sp.sin, sp.cos
 
 
@@ -33,6 +34,7 @@ ACCEPTED = {
     "one parameter in several rows (2)": plant(x2 + theta * x1, x3 + theta * x2**2, u + theta * x3),
     "a gain of negative sign": plant(-2 * x2, (-1 - x1**2) * u),
     "a gain with a positive constant": plant(b_positive * x2, u / b_positive, constants=(b_positive,)),
+    "a gain that no real constant makes vanish": plant((c**2 + 1) * x2, u / (2 + sin(c)), constants=(c,)),
     "an oscillating gain that stays above 1": plant((2 + sin(x1)) * x2, u),
     "a polynomial gain without real zeros": plant((x1**2 - x1 + 1) * x2, u),
     "a next state that cancels to affine": plant((x1 + x2) ** 2 - x2**2 - 2 * x1 * x2 + x2, u),
@@ -105,6 +107,11 @@ VANISHING = {
     "a zero without change of sign": ((x1 - 3) ** 2, {x1: 3}),
     "cos x1": (cos(x1), {x1: sp.pi / 2}),
     "1 + cos x1": (1 + cos(x1), {x1: sp.pi}),
+    "two squares that vanish together": (x1**2 + sin(x1) ** 2, {x1: 0}),
+    "two bowls that touch 0 together": (2 - sp.exp(-(x1**2)) - cos(x1), {x1: 0}),
+    "two even powers": (x1**4 + sp.tanh(x1) ** 2, {x1: 0}),
+    "two squares off the origin": ((x1 - 1) ** 2 + sp.sinh(x1 - 1) ** 2, {x1: 1}),
+    "two squares at pi": (sin(x1) ** 2 + (x1 - sp.pi) ** 4, {x1: sp.pi}),
     "exp(x1) - 2": (sp.exp(x1) - 2, {x1: sp.log(2)}),
 }
 
@@ -138,6 +145,12 @@ def test_gain_that_tends_to_zero_is_not_bounded_away_from_it(gain, end):
 def test_pole_or_branch_point_is_refused_with_the_point(entry):
     (violation,) = classify(plant(x2 + theta * entry, u)).violations
     assert (violation.row, violation.rule, violation.point) == (1, Rule.NOT_SMOOTH, {x1: 0})
+
+
+def test_root_of_a_constant_of_unknown_sign_is_not_known_to_be_real():
+    (violation,) = classify(plant(x2 + sp.sqrt(c) * x1, u, constants=(c,))).violations
+    assert (violation.row, violation.rule, violation.term) == (1, Rule.NOT_SMOOTH, sp.sqrt(c))
+    assert classify(plant(x2 + sp.sqrt(b_positive) * x1, u, constants=(b_positive,))).accepted
 
 
 @pytest.mark.parametrize(
@@ -174,6 +187,18 @@ BAD_INPUT = {
     "too few rows": (lambda: Plant((x1, x2), u, (), (x2,)), "the right-hand side: 1 given, 2 needed"),
     "a row that is a string": (lambda: plant("x2", u), "row 1: 'x2' is not a SymPy expression"),
     "a row with a double": (lambda: plant(x2, u + 1.2 * x1), "row 2: .* is not exact"),
+    "an imaginary coefficient": (lambda: plant(sp.I * x1 + x2, u), r"row 1: I\*x1 \+ x2 is not real"),
+    "the root of a negative number": (lambda: plant(x2 + sp.sqrt(-2) * theta, u), "row 1: .* is not real"),
+    "a power of a negative number": (
+        lambda: plant(x2, u + sp.Integer(-2) ** sp.Rational(1, 3)),
+        "row 2: .* is not real",
+    ),
+    "the logarithm of a negative number": (lambda: plant(x2, u + x1 * sp.log(-3)), "row 2: .* is not real"),
+    "an arc sine beyond 1": (lambda: plant(x2 + x1 * sp.asin(2), u), "row 1: .* is not real"),
+    "an imaginary constant": (
+        lambda: plant(x2, u, constants=(sp.Symbol("c", imaginary=True),)),
+        "the constant c is not a real number",
+    ),
     "an infinite row": (lambda: plant(x2, u + sp.oo), "row 2: .* is not exact and finite"),
     "a state that is a string": (lambda: Plant(("x1",), u, (), (u,)), "the state 'x1' is not a SymPy symbol"),
     "a symbol twice": (lambda: Plant((x1, x1), u, (), (x1, u)), "the symbol x1 is declared twice"),
