@@ -1,0 +1,730 @@
+# SPDX-License-Identifier: MIT
+"""Expressions as their author wrote them: an ordered tree, its reader, its derivatives, and its exact values.
+
+SymPy sorts sums and products; here every operand stays where it was written, and a derivative keeps that order, so that
+a program reads as the textbook does. The constructors `add`, `product`, `quotient` and `power` leave out terms of 0 and
+factors of 1; what the reader returns is not touched by them.
+
+The grammar, with ^ above the sign, so that -x^2 is -(x^2):
+
+    sum    = ["-"] term {("+" | "-") term}        term  = factor {("*" | "/") factor}
+    factor = ["-"] power                          power = atom ["^" exponent]
+    atom   = number | name | function "(" sum ")" | "(" sum ")"
+
+An exponent is a whole number or a fraction, with its sign: x^2, x^-1, x^(3/2).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+import sympy as sp
+
+from conformance.theory.numbers import double, exact_number
+
+LONGEST = 1000  # characters of an expression
+DEEPEST = 20  # parentheses and functions within each other
+HIGHEST = 20  # exponent
+LARGEST_DEGREE = 200  # of the whole, a number of 20 digits counting as one name
+MOST = 1000  # terms, if all were multiplied out
+
+FUNCTIONS: Mapping[str, sp.Function] = {
+    name: getattr(sp, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan")
+}
+
+Span = tuple[int, int]  # of the text that was read, from and up to
+
+
+@dataclass(frozen=True)
+class Node:
+    """What all expressions have: where they stand in the text that was read; (0, 0) for what was derived."""
+
+    span: Span = field(default=(0, 0), compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Number(Node):
+    """A number that is not negative, as what it says: 0.1 is 1/10."""
+
+    value: Fraction
+
+
+@dataclass(frozen=True)
+class Name(Node):
+    """A symbol."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Negative(Node):
+    """Minus an expression; within a sum, a term that is subtracted."""
+
+    of: Expression
+
+
+@dataclass(frozen=True)
+class Sum(Node):
+    """Two or more terms."""
+
+    terms: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class Product(Node):
+    """Two or more factors."""
+
+    factors: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class Quotient(Node):
+    """A numerator over a denominator."""
+
+    over: Expression
+    under: Expression
+
+
+@dataclass(frozen=True)
+class Power(Node):
+    """A base with a constant exponent."""
+
+    base: Expression
+    exponent: Fraction
+
+
+@dataclass(frozen=True)
+class Call(Node):
+    """One of the FUNCTIONS of an argument."""
+
+    function: str
+    argument: Expression
+
+
+Expression = Number | Name | Negative | Sum | Product | Quotient | Power | Call
+
+ZERO, ONE = Number(Fraction(0)), Number(Fraction(1))
+
+
+# ------------------------------------------------------------------ looking at expressions
+
+
+def children(e: Expression) -> tuple[Expression, ...]:
+    """The operands of an expression, in order."""
+    match e:
+        case Negative(of):
+            return (of,)
+        case Sum(parts) | Product(parts):
+            return parts
+        case Quotient(over, under):
+            return over, under
+        case Power(base, _):
+            return (base,)
+        case Call(_, argument):
+            return (argument,)
+    return ()
+
+
+def walk(e: Expression) -> Iterator[Expression]:
+    """The expression and all within it, each before its operands."""
+    yield e
+    for child in children(e):
+        yield from walk(child)
+
+
+def names_in(e: Expression) -> Iterator[str]:
+    """The names in an expression, as often as they stand there."""
+    return (node.name for node in walk(e) if isinstance(node, Name))
+
+
+def operations(e: Expression) -> int:
+    """The number of signs, operators and functions."""
+    own = {Sum: len(children(e)) - 1, Product: len(children(e)) - 1, Number: 0, Name: 0}.get(type(e), 1)
+    return (
+        own
+        - sum(isinstance(c, Negative) for c in children(e)[1:] if isinstance(e, Sum))
+        + sum(map(operations, children(e)))
+    )
+
+
+def terms_of(e: Expression) -> tuple[Expression, ...]:
+    """The terms of a sum, or the expression as the only one."""
+    return e.terms if isinstance(e, Sum) else (e,)
+
+
+# ------------------------------------------------------------------ constructors that leave out 0 and 1
+
+
+def number(value: Fraction | int) -> Expression:
+    """A number of either sign."""
+    return Negative(Number(Fraction(-value))) if value < 0 else Number(Fraction(value))
+
+
+def negative(e: Expression) -> Expression:
+    """Minus an expression; of a sum, the sum of the negative terms."""
+    match e:
+        case Number(value) if value == 0:
+            return e
+        case Negative(of):
+            return of
+        case Sum(terms):
+            return Sum(tuple(map(negative, terms)))
+    return Negative(e)
+
+
+def add(*terms: Expression) -> Expression:
+    """The sum of terms; like terms meet where the first of them stands."""
+    coefficients: dict[Expression, Fraction] = {}
+    first: dict[Expression, tuple[Expression, Fraction]] = {}
+    for term in _flattened(terms):
+        coefficient, core = split_number(term)
+        if not coefficient:
+            continue
+        coefficients[core] = coefficients.get(core, Fraction(0)) + coefficient
+        first.setdefault(core, (term, coefficient))
+    kept = [
+        first[core][0] if coefficient == first[core][1] else product(number(coefficient), core)
+        for core, coefficient in coefficients.items()
+        if coefficient
+    ]
+    return Sum(tuple(kept)) if len(kept) > 1 else kept[0] if kept else ZERO
+
+
+def product(*factors: Expression) -> Expression:
+    """The product of factors: signs and numbers go to the front, denominators to the end."""
+    coefficient, over, under = Fraction(1), list[Expression](), list[Expression]()
+    waiting = list(reversed(factors))
+    while waiting:
+        match waiting.pop():
+            case Number(value):
+                coefficient *= value
+            case Negative(of):
+                coefficient = -coefficient
+                waiting.append(of)
+            case Product(parts):
+                waiting.extend(reversed(parts))
+            case Quotient(numerator, denominator):
+                under.append(denominator)
+                waiting.append(numerator)
+            case factor:
+                over.append(factor)
+    if coefficient == 0:
+        return ZERO
+    if under:
+        return quotient(product(number(coefficient), *over), product(*under))
+    return _signed(coefficient, _multiplied(abs(coefficient), over))
+
+
+def quotient(over: Expression, under: Expression) -> Expression:
+    """The quotient of two expressions; raises ZeroDivisionError where the denominator is the number 0."""
+    if isinstance(under, Quotient):
+        return quotient(product(over, under.under), under.over)
+    above, numerator = split_number(over) if not isinstance(over, Sum) else (Fraction(1), over)
+    below, denominator = split_number(under)
+    if isinstance(numerator, Quotient):
+        return quotient(product(number(above), numerator.over), product(numerator.under, under))
+    if below == 0:
+        raise ZeroDivisionError("the denominator is 0")
+    coefficient = above / below
+    if coefficient == 0:
+        return ZERO
+    if denominator == ONE and numerator == ONE:
+        return number(coefficient)
+    if numerator == denominator:
+        return number(coefficient)
+    if isinstance(numerator, Sum) and coefficient < 0:
+        numerator, coefficient = negative(numerator), -coefficient
+    size = abs(coefficient)
+    top = _multiplied(Fraction(size.numerator), [] if numerator == ONE else [numerator])
+    bottom = _multiplied(Fraction(size.denominator), [] if denominator == ONE else [denominator])
+    return _signed(coefficient, top if bottom == ONE else Quotient(top, bottom))
+
+
+def power(base: Expression, exponent: Fraction) -> Expression:
+    """A power; of exponent 0 and 1 none."""
+    if exponent == 0 or base == ONE:
+        return ONE
+    if isinstance(base, Number) and exponent.denominator == 1:
+        return Number(base.value ** int(exponent))
+    return base if exponent == 1 else Power(base, exponent)
+
+
+def _multiplied(coefficient: Fraction, factors: list[Expression]) -> Expression:
+    """A number that is not negative times factors; a fraction that is no decimal divides."""
+    if not is_decimal(coefficient) and factors:
+        return Quotient(
+            _multiplied(Fraction(coefficient.numerator), factors), Number(Fraction(coefficient.denominator))
+        )
+    front: list[Expression] = [] if coefficient == 1 and factors else [Number(coefficient)]
+    whole = (*front, *factors)
+    return whole[0] if len(whole) == 1 else Product(whole)
+
+
+def _signed(sign: Fraction, e: Expression) -> Expression:
+    return negative(e) if sign < 0 else e
+
+
+def _flattened(terms: tuple[Expression, ...]) -> Iterator[Expression]:
+    for term in terms:
+        if isinstance(term, Sum):
+            yield from _flattened(term.terms)
+        elif isinstance(term, Negative) and isinstance(term.of, Sum):
+            yield from _flattened(tuple(map(negative, term.of.terms)))
+        else:
+            yield term
+
+
+def split_number(e: Expression) -> tuple[Fraction, Expression]:
+    """An expression as a number times the rest; the rest of a number is 1."""
+    match e:
+        case Number(value):
+            return value, ONE
+        case Negative(of):
+            value, rest = split_number(of)
+            return -value, rest
+        case Product((Number(value), second, *others)):
+            return value, Product((second, *others)) if others else second
+    return Fraction(1), e
+
+
+def is_decimal(value: Fraction) -> bool:
+    """True if a number has a finite decimal form."""
+    rest = value.denominator
+    for prime in (2, 5):
+        while rest % prime == 0:
+            rest //= prime
+    return rest == 1
+
+
+# ------------------------------------------------------------------ replacing and differentiating
+
+
+def substitute(e: Expression, values: Mapping[str, Expression]) -> Expression:
+    """Put expressions in the place of names; what holds none of them stays as it is."""
+    if isinstance(e, Name):
+        return values.get(e.name, e)
+    old = children(e)
+    new = tuple(substitute(child, values) for child in old)
+    if all(a is b for a, b in zip(old, new, strict=True)):
+        return e
+    match e:
+        case Negative():
+            return negative(*new)
+        case Sum():
+            return add(*new)
+        case Product():
+            return product(*new)
+        case Quotient():
+            return quotient(*new)
+        case Power(_, exponent):
+            return power(new[0], exponent)
+        case Call(function, _):
+            return Call(function, new[0])
+    return e
+
+
+def derivative(e: Expression, rate: Callable[[str], Expression]) -> Expression:
+    """The derivative of an expression by the chain rule, where `rate` gives that of each name."""
+
+    def d(part: Expression) -> Expression:
+        return derivative(part, rate)
+
+    match e:
+        case Number():
+            return ZERO
+        case Name(name):
+            return rate(name)
+        case Negative(of):
+            return negative(d(of))
+        case Sum(terms):
+            return add(*map(d, terms))
+        case Product(factors):
+            return add(*(product(*factors[:i], d(f), *factors[i + 1 :]) for i, f in enumerate(factors)))
+        case Quotient(over, under):
+            return _rate_of_quotient(over, under, d(over), d(under))
+        case Power(base, exponent):
+            return product(number(exponent), power(base, exponent - 1), d(base))
+        case Call(function, argument):
+            inner = d(argument)
+            return ZERO if inner == ZERO else _rate_of_call(function, argument, inner)
+
+
+def _rate_of_quotient(over: Expression, under: Expression, over_rate: Expression, under_rate: Expression) -> Expression:
+    if under_rate == ZERO:
+        return quotient(over_rate, under)
+    change = add(product(over_rate, under), negative(product(over, under_rate)))
+    return quotient(change, power(under, Fraction(2)))
+
+
+def _rate_of_call(function: str, a: Expression, inner: Expression) -> Expression:
+    two = Fraction(2)
+    match function:
+        case "sin":
+            return product(inner, Call("cos", a))
+        case "cos":
+            return negative(product(inner, Call("sin", a)))
+        case "tan":
+            return product(inner, add(ONE, Power(Call("tan", a), two)))
+        case "exp":
+            return product(inner, Call("exp", a))
+        case "log":
+            return quotient(inner, a)
+        case "sqrt":
+            return quotient(inner, product(number(2), Call("sqrt", a)))
+        case "sinh":
+            return product(inner, Call("cosh", a))
+        case "cosh":
+            return product(inner, Call("sinh", a))
+        case "tanh":
+            return product(inner, add(ONE, negative(Power(Call("tanh", a), two))))
+        case "atan":
+            return quotient(inner, add(ONE, power(a, two)))
+    raise AssertionError(function)
+
+
+# ------------------------------------------------------------------ what expressions are worth
+
+
+def to_sympy(e: Expression, symbols: Callable[[str], sp.Expr]) -> sp.Expr:
+    """The expression in SymPy, where `symbols` gives what each name stands for."""
+
+    def s(part: Expression) -> sp.Expr:
+        return to_sympy(part, symbols)
+
+    match e:
+        case Number(value):
+            return sp.Rational(value)
+        case Name(name):
+            return symbols(name)
+        case Negative(of):
+            return -s(of)
+        case Sum(terms):
+            return sp.Add(*map(s, terms))
+        case Product(factors):
+            return sp.Mul(*map(s, factors))
+        case Quotient(over, under):
+            return s(over) / s(under)
+        case Power(base, exponent):
+            return s(base) ** sp.Rational(exponent)
+        case Call(function, argument):
+            return FUNCTIONS[function](s(argument))
+
+
+def value(e: Expression, values: Mapping[str, Fraction]) -> Fraction:
+    """The exact value of an expression; raises ValueError for one with functions, ZeroDivisionError at a pole."""
+    match e:
+        case Number(given):
+            return given
+        case Name(name):
+            return values[name]
+        case Negative(of):
+            return -value(of, values)
+        case Sum(terms):
+            return sum((value(term, values) for term in terms), Fraction(0))
+        case Product(factors):
+            return math.prod((value(factor, values) for factor in factors), start=Fraction(1))
+        case Quotient(over, under):
+            return value(over, values) / value(under, values)
+        case Power(base, exponent) if exponent.denominator == 1:
+            return value(base, values) ** int(exponent)
+    raise ValueError(f"{text(e)} has no exact value")
+
+
+# ------------------------------------------------------------------ as text
+
+
+def text(e: Expression) -> str:
+    """The expression in one line, as `read` reads it back."""
+    match e:
+        case Number(given):
+            return decimal(given) if is_decimal(given) else f"{given.numerator} / {given.denominator}"
+        case Name(name):
+            return name
+        case Negative(of):
+            return f"-{_within(of, 2)}"
+        case Sum((first, *others)):
+            signs = ((" - ", t.of) if isinstance(t, Negative) else (" + ", t) for t in others)
+            return text(first) + "".join(sign + _within(t, 2) for sign, t in signs)
+        case Product((first, *others)):
+            return " * ".join([_within(first, 2), *(_within(f, 3) for f in others)])
+        case Quotient(over, under):
+            return f"{_within(over, 2)} / {_within(under, 3)}"
+        case Power(base, exponent):
+            whole = exponent.denominator == 1 and exponent > 0
+            return f"{_within(base, 4)}^{exponent if whole else f'({exponent})'}"
+        case Call(function, argument):
+            return f"{function}({text(argument)})"
+    raise AssertionError(e)
+
+
+def precedence(e: Expression) -> int:
+    """How strongly an expression binds: 1 for sums and signs, 2 for products, 3 for powers, 4 for what stands alone."""
+    if isinstance(e, Number):
+        return 4 if is_decimal(e.value) else 2
+    return {Sum: 1, Negative: 1, Product: 2, Quotient: 2, Power: 3}.get(type(e), 4)
+
+
+def decimal(number: Fraction) -> str:
+    """The shortest decimal that is exactly a number which has one; with an exponent where that is shorter by far."""
+    places = 0
+    while (number * 10**places).denominator != 1:
+        places += 1
+    digits = str(abs(number.numerator) * 10**places // number.denominator)
+    sign = "-" if number < 0 else ""
+    zeros = len(digits) - len(digits.rstrip("0"))
+    if places > 12 and len(digits) < places - 3:
+        return f"{sign}{digits}e-{places}"
+    if not places and zeros > 12:
+        return f"{sign}{digits[:-zeros]}e{zeros}"
+    digits = digits.rjust(places + 1, "0")
+    return sign + (f"{digits[:-places]}.{digits[-places:]}" if places else digits)
+
+
+def _within(e: Expression, strength: int) -> str:
+    return text(e) if precedence(e) >= strength else f"({text(e)})"
+
+
+# ------------------------------------------------------------------ reading
+
+
+class Unreadable(ValueError):
+    """A text that is no expression: the span at fault, a sentence, and what to do."""
+
+    def __init__(self, span: Span, sentence: str, remedy: str) -> None:
+        super().__init__(sentence)
+        self.span = span
+        self.sentence = sentence
+        self.remedy = remedy
+
+
+TOKEN = re.compile(
+    r"(?P<space>\s+)|(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>\*\*|[-+*/^()])",
+    re.ASCII,
+)
+NOT_SMOOTH = ("abs", "sign", "sgn", "sat", "max", "min", "floor", "ceil", "round", "mod", "heaviside", "step")
+CHARACTERS = {
+    "|": "write a smooth function in place of |x|, such as x*tanh(x/eps) or sqrt(x^2 + eps^2)",
+    "'": "write the right-hand sides alone; derivatives are taken, never typed",
+    "=": "write the right-hand side alone",
+    "\N{MINUS SIGN}": "write the minus sign of the keyboard, -",
+    "\N{EN DASH}": "write the minus sign of the keyboard, -",
+    "\N{MIDDLE DOT}": "write * for a product",
+    "\N{MULTIPLICATION SIGN}": "write * for a product",
+    "²": "write ^2",
+    "³": "write ^3",
+    ",": "write decimals with a point; every function here takes one argument",
+    "[": "write round brackets",
+    "{": "write round brackets",
+}
+
+
+@dataclass(frozen=True)
+class Token:
+    """A piece of the text: its kind, what stands there, and where."""
+
+    kind: str
+    text: str
+    span: Span
+
+
+def read(source: str) -> Expression:
+    """Read an expression; nothing of the text is executed. Raises Unreadable."""
+    if len(source) > LONGEST:
+        raise Unreadable((0, 1), f"an expression of more than {LONGEST} characters", "give parts of it as constants")
+    reader = _Reader(source)
+    e = reader.sum()
+    if reader.at().kind != "end":
+        raise reader.unexpected()
+    if _degree(e) > LARGEST_DEGREE:
+        raise Unreadable((0, len(source)), f"this is of a degree beyond {LARGEST_DEGREE}", "lower the exponents")
+    if _multiplied_out(e) > MOST:
+        sentence = f"multiplied out, this has more than {MOST} terms"
+        raise Unreadable((0, len(source)), sentence, "lower the exponents, or give known parts as constants")
+    return e
+
+
+def _tokens(source: str) -> Iterator[Token]:
+    position = 0
+    while position < len(source):
+        found = TOKEN.match(source, position)
+        if not found:
+            character = source[position]
+            shown = character if character.isprintable() else f"U+{ord(character):04X}"
+            remedy = CHARACTERS.get(character, "use numbers, names, + - * / ^ and round brackets")
+            raise Unreadable((position, position + 1), f"the character {shown} has no meaning here", remedy)
+        if found.lastgroup != "space":
+            yield Token(str(found.lastgroup), found[0], found.span())
+        position = found.end()
+    yield Token("end", "", (position, position + 1))
+
+
+class _Reader:
+    """Recursive descent over the grammar above."""
+
+    def __init__(self, source: str) -> None:
+        self.tokens = list(_tokens(source))
+        self.next = 0
+        self.depth = 0
+
+    def at(self) -> Token:
+        """The token that comes next."""
+        return self.tokens[self.next]
+
+    def take(self, *signs: str) -> Token | None:
+        """The next token, if it is one of the signs, and go past it."""
+        token = self.at()
+        if token.kind == "sign" and token.text in signs:
+            self.next += 1
+            return token
+        return None
+
+    def unexpected(self) -> Unreadable:
+        """The error that the next token stands where none like it may."""
+        token, before = self.at(), self.tokens[self.next - 1] if self.next else None
+        if (before and before.kind in ("number", "name") and token.kind in ("number", "name")) or token.text == "(":
+            sentence = f"a sign is missing between {before.text if before else ''} and {token.text}"
+            return Unreadable(token.span, sentence, "write * for a product")
+        if token.kind == "end":
+            return Unreadable(token.span, "the expression ends too early", "write what is missing")
+        if token.text == ")" and not self.depth:
+            return Unreadable(token.span, "this bracket closes none", "remove it, or open one before it")
+        if self.depth and before and before.kind in ("number", "name"):
+            return Unreadable(token.span, f"found {token.text} where a bracket should close", "write ) first")
+        return Unreadable(token.span, f"found {token.text} where a number, a name or ( is expected", "check this sign")
+
+    def sum(self) -> Expression:
+        minus = self.take("-", "+")
+        terms = [self.signed(minus, self.term())]
+        while sign := self.take("+", "-"):
+            terms.append(self.signed(sign, self.term()))
+        return terms[0] if len(terms) == 1 else Sum(tuple(terms), span=(terms[0].span[0], terms[-1].span[1]))
+
+    def signed(self, sign: Token | None, e: Expression) -> Expression:
+        return Negative(e, span=(sign.span[0], e.span[1])) if sign and sign.text == "-" else e
+
+    def term(self) -> Expression:
+        e = self.factor()
+        while sign := self.take("*", "/"):
+            other = self.factor()
+            span = e.span[0], other.span[1]
+            if sign.text == "/":
+                e = Quotient(e, other, span=span)
+            else:
+                e = Product((*e.factors, other) if isinstance(e, Product) else (e, other), span=span)
+        return e
+
+    def factor(self) -> Expression:
+        sign = self.take("-", "+")
+        return self.signed(sign, self.power())
+
+    def power(self) -> Expression:
+        base = self.atom()
+        if not self.take("^", "**"):
+            return base
+        start = self.at().span[0]
+        exponent = self.exponent()
+        end = self.tokens[self.next - 1].span[1]
+        if abs(exponent) > HIGHEST or exponent.denominator > HIGHEST:
+            raise Unreadable(
+                (start, end), f"an exponent beyond {HIGHEST}", f"use exponents from -{HIGHEST} to {HIGHEST}"
+            )
+        if self.at().text in ("^", "**"):
+            raise Unreadable(self.at().span, "a power of a power", "write brackets: (x^2)^3")
+        return Power(base, exponent, span=(base.span[0], end))
+
+    def exponent(self) -> Fraction:
+        start = self.at().span[0]
+        sign = self.take("-", "+")
+        e = self.signed(sign, self.atom())
+        if _degree(e) <= HIGHEST:
+            with suppress(KeyError, ValueError, ZeroDivisionError):
+                return value(e, {})
+        span = start, self.tokens[self.next - 1].span[1]
+        raise Unreadable(span, "the exponent is not a number", "write exp(y*log(x)) for x^y with x > 0")
+
+    def atom(self) -> Expression:
+        token = self.at()
+        if token.kind == "number":
+            self.next += 1
+            return Number(self.exact(token), span=token.span)
+        if token.kind == "name":
+            self.next += 1
+            return self.call(token) if self.at().text == "(" else self.name(token)
+        if self.take("("):
+            inside = self.bracketed(token)
+            return replace(inside, span=(token.span[0], self.tokens[self.next - 1].span[1]))
+        raise self.unexpected()
+
+    def exact(self, token: Token) -> Fraction:
+        try:
+            number = exact_number(token.text)
+            double(number)
+        except ValueError as error:
+            raise Unreadable(token.span, str(error), "write a number of the size that a double holds") from None
+        return number
+
+    def name(self, token: Token) -> Expression:
+        if token.text in FUNCTIONS:
+            raise Unreadable(token.span, f"the function {token.text} has no argument", f"write {token.text}(..)")
+        return Name(token.text, span=token.span)
+
+    def call(self, token: Token) -> Expression:
+        if token.text.lower() in NOT_SMOOTH:
+            remedy = "use a smooth function, such as x*tanh(x/eps) or sqrt(x^2 + eps^2) in place of abs(x)"
+            raise Unreadable(
+                token.span, f"{token.text} is not smooth, and the recursion differentiates its rows", remedy
+            )
+        if token.text not in FUNCTIONS:
+            known = ", ".join(FUNCTIONS)
+            remedy = f"the functions are {known}; for a product write {token.text}*(..)"
+            raise Unreadable(token.span, f"{token.text} is not a function that is known here", remedy)
+        opened = self.at()
+        self.next += 1
+        argument = self.bracketed(opened)
+        return Call(token.text, argument, span=(token.span[0], self.tokens[self.next - 1].span[1]))
+
+    def bracketed(self, opened: Token) -> Expression:
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise Unreadable(opened.span, f"brackets more than {DEEPEST} deep", "multiply some of them out")
+        inside = self.sum()
+        if not self.take(")"):
+            if self.at().kind == "end":
+                raise Unreadable(opened.span, "this bracket is never closed", "write the ) that belongs to it")
+            raise self.unexpected()
+        self.depth -= 1
+        return inside
+
+
+def _degree(e: Expression) -> int:
+    """A bound on the degree of an expression, and so on the digits of its exact values."""
+    degrees = list(map(_degree, children(e)))
+    match e:
+        case Number(given):
+            return 1 + max(given.numerator.bit_length(), given.denominator.bit_length()) // 66
+        case Product() | Quotient():
+            return sum(degrees)
+        case Power(_, exponent):
+            return degrees[0] * max(1, abs(exponent.numerator))
+    return max(degrees, default=1)
+
+
+def _multiplied_out(e: Expression) -> int:
+    """About how many terms an expression has when all is multiplied out, which is what its classification costs."""
+    sizes = list(map(_multiplied_out, children(e)))
+    match e:
+        case Sum():
+            return sum(sizes)
+        case Product():
+            return math.prod(sizes)
+        case Quotient():
+            return sizes[0] * sizes[1]
+        case Power(_, exponent):
+            count = max(1, abs(exponent.numerator))
+            return math.comb(min(sizes[0], MOST) + count - 1, count)
+    return sizes[0] if sizes else 1
