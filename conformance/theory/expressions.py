@@ -211,6 +211,9 @@ def product(*factors: Expression) -> Expression:
             case Quotient(numerator, denominator):
                 under.append(denominator)
                 waiting.append(numerator)
+            case Sum() as total if _all_negative(total):
+                coefficient = -coefficient
+                over.append(negative(total))
             case factor:
                 over.append(factor)
     if coefficient == 0:
@@ -237,7 +240,7 @@ def quotient(over: Expression, under: Expression) -> Expression:
         return number(coefficient)
     if numerator == denominator:
         return number(coefficient)
-    if isinstance(numerator, Sum) and coefficient < 0:
+    if isinstance(numerator, Sum) and (coefficient < 0 or _all_negative(numerator)):
         numerator, coefficient = negative(numerator), -coefficient
     size = abs(coefficient)
     top = _multiplied(Fraction(size.numerator), [] if numerator == ONE else [numerator])
@@ -263,6 +266,10 @@ def _multiplied(coefficient: Fraction, factors: list[Expression]) -> Expression:
     front: list[Expression] = [] if coefficient == 1 and factors else [Number(coefficient)]
     whole = (*front, *factors)
     return whole[0] if len(whole) == 1 else Product(whole)
+
+
+def _all_negative(e: Sum) -> bool:
+    return all(isinstance(term, Negative) for term in e.terms)
 
 
 def _signed(sign: Fraction, e: Expression) -> Expression:
@@ -323,6 +330,27 @@ def substitute(e: Expression, values: Mapping[str, Expression]) -> Expression:
             return quotient(*new)
         case Power(_, exponent):
             return power(new[0], exponent)
+        case Call(function, _):
+            return Call(function, new[0])
+    return e
+
+
+def rebuilt(e: Expression, names: Callable[[str], Expression]) -> Expression:
+    """Put expressions in the place of names, and leave all else as it was written, terms of 0 included."""
+    if isinstance(e, Name):
+        return names(e.name)
+    new = tuple(rebuilt(child, names) for child in children(e))
+    match e:
+        case Negative():
+            return Negative(*new)
+        case Sum():
+            return Sum(new)
+        case Product():
+            return Product(new)
+        case Quotient():
+            return Quotient(*new)
+        case Power(_, exponent):
+            return Power(new[0], exponent)
         case Call(function, _):
             return Call(function, new[0])
     return e

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: MIT
+"""The statements of a design read as the lesson's, agree with the recursion, and pass the V' identity as written."""
+
+import random
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+import sympy as sp
+
+from conformance.programs.ports import ROOT
+from conformance.theory import expressions
+from conformance.theory.design import IdentityRefuted, V_dot, random_rational
+from conformance.theory.experiment_file import Experiment, Unknown, design_of, form_of, read_experiment
+from conformance.theory.expressions import Expression, Negative, Product, Sum, names_in, operations, read, to_sympy
+from conformance.theory.program import evaluate
+from conformance.theory.statements import (
+    CONTROLLER,
+    LARGE,
+    Statement,
+    TooLarge,
+    as_design,
+    ordered_form,
+    parameters_of,
+    prove,
+    statements_of,
+)
+
+from .lesson import random_gains, random_Gamma, random_plant
+
+PLANTS = {path.stem: path for path in sorted((ROOT / "plants").glob("*.toml"))}
+
+LESSON = """
+r = amplitude * sin(omega * t)  # (15) reference
+r_dot = amplitude * omega * cos(omega * t)  # (15) its first derivative
+r_ddot = -amplitude * omega * omega * sin(omega * t)  # (15) its second derivative
+phi = x1  # (4) regressor
+z1 = x1 - r  # (5) tracking error
+alpha1 = -k1 * z1 - phi * theta_hat + r_dot  # (7) virtual control
+z2 = x2 - alpha1  # (5) distance from the virtual control
+alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1
+tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function
+theta_hat_dot = gamma * tau2  # (7) update law
+alpha1_dot_known = alpha1_x1 * (x2 + phi * theta_hat) + k1 * r_dot + r_ddot  # (7) known part of alpha1'
+u = alpha1_dot_known - z1 - k2 * z2 - phi * theta_hat_dot  # (7) control
+x1_dot = x2 + theta_true * phi  # (7) plant, row 1
+x2_dot = u  # (7) plant, row 2
+"""
+
+
+def experiment(name: str) -> Experiment:
+    return read_experiment(PLANTS[name])
+
+
+def controller(e: Experiment, large: bool = False) -> list[Statement]:
+    return [s for s in statements_of(e, large) if s.section == CONTROLLER]
+
+
+def random_experiment(n: int, p: int, seed: int) -> Experiment:
+    """An experiment of a random plant with cubic rows, gains g_i that depend on the state, and a full Gamma."""
+    source = random.Random(seed)
+    plant = random_plant(n, p, source)
+    states = tuple(s.name for s in plant.states)
+    rows = tuple(read(str(row)) for row in plant.rhs)
+    unknown = tuple(Unknown(s.name, Fraction(1), Fraction(0)) for s in plant.parameters)
+    Gamma = tuple(tuple(Fraction(int(v.p), int(v.q)) for v in row) for row in random_Gamma(p, source).tolist())
+    k = tuple(Fraction(int(v.p), int(v.q)) for v in random_gains(n, source))
+    zero = (Fraction(0),) * n
+    return Experiment(
+        "random", "random", "ours", states, rows, (), unknown, k, Gamma, read("sin(t)"), zero, Fraction(1)
+    )
+
+
+RANDOM = [(1, 0), (1, 2), (2, 0), (2, 3), (3, 0), (3, 2)]
+
+
+# ------------------------------------------------------------------ how they read
+
+
+def test_the_statements_of_the_lesson_are_its_own_lines() -> None:
+    written = [f"{s}  # {s.tag} {s.wording}" for s in statements_of(experiment("Chapter17_Lesson1"))]
+    assert written == LESSON.strip().splitlines()
+
+
+def test_problem_6_differs_from_the_lesson_in_its_reference_alone() -> None:
+    lesson, problem_6 = (statements_of(experiment(name)) for name in ("Chapter17_Lesson1", "problem_6"))
+    assert {a.name for a, b in zip(lesson, problem_6, strict=True) if a != b} == {"r", "r_dot", "r_ddot"}
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_statements_can_be_computed_in_their_order_and_none_is_idle(name: str) -> None:
+    e = experiment(name)
+    statements = statements_of(e)
+    known = {"t", *e.states, *e.estimates, *(p.name for p in parameters_of(e))}
+    for s in statements:
+        assert set(names_in(s.expression)) <= known and s.name not in known, s
+        known.add(s.name)
+    used = {name for s in statements for name in names_in(s.expression)}
+    rates = {f"{name}_dot" for name in (*e.states, *e.estimates)}
+    assert [s.name for s in statements if s.name not in used | rates] == []
+
+
+def test_problem_1c_is_short_enough_to_be_read() -> None:
+    statements = controller(experiment("problem_1c"))
+    assert len(statements) <= 45 and sum(operations(s.expression) for s in statements) < 153
+
+
+def test_a_chain_of_four_states_is_short_enough_to_be_written() -> None:
+    assert len(controller(experiment("chain_4"))) <= LARGE
+
+
+def test_a_design_of_five_states_is_refused_unless_it_is_asked_for() -> None:
+    states = tuple(f"x{i}" for i in range(1, 6))
+    rows = tuple(map(read, ("x2 + theta*x1^2", "x3 + theta*x1*x2", "x4", "x5 + theta*x3^2", "u")))
+    one = (Fraction(1),) * 5
+    e = replace(experiment("chain_4"), states=states, rows=rows, k=one, start=one)
+    with pytest.raises(TooLarge, match="statements"):
+        statements_of(e)
+    assert len(controller(e, large=True)) > LARGE
+
+
+def test_a_constant_is_a_name_in_the_statements_and_a_number_in_the_proof() -> None:
+    e = experiment("motor_arm")
+    assert {"M", "L", "R", "K_B"} <= {name for s in controller(e) for name in names_in(s.expression)}
+    assert form_of(e).g[1] == 2
+
+
+def test_a_constant_reference_leaves_no_derivatives_behind() -> None:
+    names = {s.name for s in statements_of(experiment("khalil"))}
+    assert "r" in names and "r_dot" not in names and not any("_r" in name for name in names)
+
+
+# ------------------------------------------------------------------ that they are right
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_the_statements_as_written_pass_the_identity(name: str) -> None:
+    e = experiment(name)
+    prove(e, statements_of(e))
+
+
+@pytest.mark.parametrize("size", RANDOM, ids=str)
+def test_the_statements_of_random_plants_pass_the_identity_and_agree_with_the_recursion(size: tuple[int, int]) -> None:
+    e = random_experiment(*size, seed=sum(size))
+    prove(e, statements_of(e, large=True))
+    compare_with_recursion(e)
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_the_statements_give_the_control_and_the_update_law_of_the_recursion(name: str) -> None:
+    compare_with_recursion(experiment(name))
+
+
+def compare_with_recursion(e: Experiment) -> None:
+    """z_i, alpha_i, u and theta_hat' by the statements and by the recursion, at a random point, exactly."""
+    written, derived = as_design(e, statements_of(e, large=True)), design_of(e)
+    source = random.Random(1)
+    point = {s: random_rational(source) for s in (*written.plant.states, *written.theta_hat)}
+    for ours, theirs in zip(written.r, derived.r, strict=True):
+        point[theirs] = random_rational(source) if ours != 0 else Fraction(0)
+        point[ours] = point[theirs]
+    point |= {theirs: point[ours] for ours, theirs in zip(written.theta_hat, derived.theta_hat, strict=True)}
+    opaque: dict[sp.Expr, Fraction] = {}
+
+    def values(design: object, parts: list[sp.Expr]) -> list[Fraction]:
+        names = design.program.definitions
+        return [evaluate(part, point, names, lambda f: opaque.setdefault(f, random_rational(source))) for part in parts]
+
+    found = values(written, [*written.z, *written.alpha, *written.theta_hat_dot])
+    assert found == values(derived, [*derived.z, *derived.alpha, *derived.theta_hat_dot])
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_f_g_and_phi_in_their_authors_order_are_those_of_the_classification(name: str) -> None:
+    e = experiment(name)
+    ordered, form = ordered_form(e), form_of(e)
+    for ours, theirs in zip(
+        (*ordered.f, *ordered.g, *sum(ordered.phi, ())), (*form.f, *form.g, *sum(form.phi, ())), strict=True
+    ):
+        assert sp.simplify(to_sympy(ours, e.symbol) - theirs) == 0
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_the_rows_of_the_plant_are_the_authors(name: str) -> None:
+    e = experiment(name)
+    statements = statements_of(e)
+    values = {s.name: s.expression for s in statements if s.name.startswith("phi")}
+    back = {f"{p.name}_true": sp.Symbol(p.name) for p in e.unknown}
+
+    def symbol(name: str) -> sp.Expr:
+        return to_sympy(values[name], e.symbol) if name in values else back.get(name, e.symbol(name))
+
+    for row, s in zip(e.rows, statements[-len(e.rows) :], strict=True):
+        assert sp.expand(to_sympy(s.expression, symbol) - to_sympy(row, e.symbol)) == 0
+
+
+# ------------------------------------------------------------------ that a wrong one is refused
+
+
+def broken(e: Expression) -> Expression | None:
+    """The expression with the sign of its last term or factor turned."""
+    if isinstance(e, Sum):
+        return Sum((*e.terms[:-1], expressions.negative(e.terms[-1])))
+    if isinstance(e, Product):
+        return Negative(e)
+    return None
+
+
+@pytest.mark.parametrize("name", ["Chapter17_Lesson1", "problem_1c"])
+def test_a_wrong_sign_in_any_statement_is_refused(name: str) -> None:
+    e = experiment(name)
+    statements = statements_of(e)
+    tried = 0
+    for i, s in enumerate(statements):
+        wrong = broken(s.expression)
+        if s.section == CONTROLLER and wrong is not None:
+            tried += 1
+            with pytest.raises(IdentityRefuted):
+                prove(e, (*statements[:i], s._replace(expression=wrong), *statements[i + 1 :]))
+    assert tried >= 8
+
+
+def test_the_proof_uses_the_statements_and_not_the_recursion() -> None:
+    e = experiment("Chapter17_Lesson1")
+    statements = tuple(s._replace(expression=read("0")) if s.name == "u" else s for s in statements_of(e))
+    design = as_design(e, statements)
+    assert design.u == 0 and V_dot(design) != 0
+
+
+# ------------------------------------------------------------------ constants
+
+
+def test_the_constants_of_the_lesson_are_those_of_its_programs() -> None:
+    stated = {p.name: str(p.value) for p in parameters_of(experiment("Chapter17_Lesson1"))}
+    assert stated == {
+        "theta_true": "6/5", "k1": "2", "k2": "5/2", "gamma": "3", "amplitude": "1/2", "omega": "7/10",
+        "x1_start": "6/5", "x2_start": "-1/2", "theta_hat_start": "0", "t_final": "20",
+    }  # fmt: skip
+
+
+def test_a_full_Gamma_states_its_entries_and_a_diagonal_one_its_diagonal() -> None:
+    full, diagonal = (parameters_of(experiment(name)) for name in ("problem_5", "motor_arm"))
+    assert [p.name for p in full if "gamma" in p.name] == ["gamma11", "gamma12", "gamma22"]
+    assert [p.name for p in diagonal if "gamma" in p.name] == ["gamma1", "gamma2"]
+
+
+def test_names_that_would_mean_two_things_are_refused() -> None:
+    e = experiment("chain_4")
+    rows = tuple(map(read, ("a_r + theta*a^2", "b", "c", "u")))
+    with pytest.raises(ValueError, match="two things"):
+        statements_of(replace(e, states=("a", "a_r", "b", "c"), rows=rows))

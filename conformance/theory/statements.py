@@ -1,0 +1,565 @@
+# SPDX-License-Identifier: MIT
+"""A design as an ordered list of statements, in the lesson's own form: what the programs of every language write.
+
+For any n and p, with alpha_0 = r:
+
+    alpha_i_dot_known = sum_j alpha_i_xj (f_j + g_j x_{j+1} + phi_j' theta_hat) + the terms in r', r'', ...
+    alpha_i = (alpha_{i-1}_dot_known - g_{i-1} z_{i-1} - k_i z_i - f_i - phi_i' theta_hat
+               + alpha_{i-1}_theta_hat Gamma tau_i + sum_{2<=j<i} alpha_{j-1}_theta_hat Gamma w_i z_j) / g_i
+
+which is the recursion (8). Terms of 0 and factors of 1 are not written; partial derivatives have names and are computed
+from names; what is used once, and is no object of the lesson's, is written where it is used.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import islice, pairwise
+from typing import NamedTuple
+
+import sympy as sp
+
+from conformance.theory import expressions
+from conformance.theory.design import Design, check_identity
+from conformance.theory.experiment_file import INPUT, Experiment, form_of
+from conformance.theory.expressions import (
+    ONE,
+    ZERO,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Product,
+    Quotient,
+    Sum,
+    add,
+    derivative,
+    names_in,
+    negative,
+    operations,
+    product,
+    quotient,
+    substitute,
+    terms_of,
+    to_sympy,
+)
+from conformance.theory.program import Program
+from conformance.theory.strict_feedback import DesignError
+
+LARGE = 120  # statements
+SHORT = 3  # operations of a partial derivative that is written where it is used
+REFERENCE, CONTROLLER, PLANT = "reference", "controller", "plant"  # sections
+STEP_TAG = {1: "(6)", 2: "(7)"}  # of a design with so many steps; (8) for more
+
+
+class Statement(NamedTuple):
+    """One line of a program: what it defines, the section it belongs to, the lesson's section, and a few words."""
+
+    name: str
+    expression: Expression
+    section: str
+    tag: str
+    wording: str
+
+    def __str__(self) -> str:
+        return f"{self.name} = {expressions.text(self.expression)}"
+
+
+class Parameter(NamedTuple):
+    """One constant of the programs: its name, its value, the lesson's section, a few words, and its unit or nothing."""
+
+    name: str
+    value: Fraction
+    tag: str
+    wording: str
+    unit: str
+
+
+class TooLarge(DesignError):
+    """A design of more statements than anyone reads."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """The plant's f_i, g_i (n each) and phi_i (n rows of p), as expressions in their author's order; (2)."""
+
+    f: tuple[Expression, ...]
+    g: tuple[Expression, ...]
+    phi: tuple[tuple[Expression, ...], ...]
+
+
+# ------------------------------------------------------------------ f, g and phi as the author wrote them
+
+
+@functools.lru_cache(64)
+def ordered_form(experiment: Experiment) -> Form:
+    """Read f_i, g_i and phi_i off the rows of a plant that is in strict-feedback form; raises DesignError.
+
+    A row that looks at a name in vain, such as x3 - x3, is read with 0 in its place.
+    """
+    f, g, phi = [], [], []
+    parameters = [parameter.name for parameter in experiment.unknown]
+    for i, row in enumerate(experiment.rows, 1):
+        ahead = (*experiment.states[i:], INPUT)
+        zero = dict.fromkeys((*ahead, *parameters), ZERO)
+        following = (*experiment.states, INPUT)[i]
+        try:
+            f.append(substitute(row, zero))
+            g.append(substitute(slope(row, following), zero))
+            phi.append(tuple(substitute(slope(row, name), zero) for name in parameters))
+        except ZeroDivisionError:
+            raise DesignError(f"row {i}: it divides by names that cancel out; write it without them") from None
+    return Form(tuple(f), tuple(g), tuple(phi))
+
+
+def slope(e: Expression, name: str) -> Expression:
+    """The partial derivative of an expression with respect to a name."""
+    return derivative(e, lambda other: ONE if other == name else ZERO)
+
+
+# ------------------------------------------------------------------ names
+
+
+def reference_names(count: int) -> tuple[str, ...]:
+    """The names of r and its derivatives: r, r_dot, r_ddot, .."""
+    return ("r", *(f"r_{'d' * order}ot" for order in range(1, count)))
+
+
+class Names:
+    """The names of what the design defines, in snake case; an index is left out where there is but one."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self.n, self.p = len(experiment.states), len(experiment.unknown)
+        rows = [i for i, row in enumerate(ordered_form(experiment).phi) if any(e != ZERO for e in row)]
+        self.rows = len(rows)
+        self.Gamma = experiment.Gamma
+
+    def phi(self, i: int, j: int) -> str:
+        """The regressor of parameter j in row i, from 1: phi, or phi2, phi_1, phi2_1."""
+        return "phi" + (str(i) if self.rows > 1 else "") + (f"_{j}" if self.p > 1 else "")
+
+    def component(self, name: str, i: int, j: int) -> str:
+        """Component j of w_i or tau_i, from 1."""
+        return f"{name}{i}" + (f"_{j}" if self.p > 1 else "")
+
+    def gamma(self, i: int, j: int) -> str:
+        """An entry of Gamma, from 1: gamma of a multiple of the identity, gamma1 of a diagonal, gamma12 of others."""
+        entries = [self.Gamma[a][b] for a in range(self.p) for b in range(self.p) if a != b]
+        if any(entries):
+            return f"gamma{min(i, j)}{max(i, j)}"
+        return "gamma" if len({self.Gamma[a][a] for a in range(self.p)}) == 1 else f"gamma{i}"
+
+    def gammas(self) -> dict[str, Fraction]:
+        """The entries of Gamma that are not 0, by name."""
+        pairs = ((i, j) for i in range(1, self.p + 1) for j in range(i, self.p + 1))
+        return {self.gamma(i, j): self.Gamma[i - 1][j - 1] for i, j in pairs if self.Gamma[i - 1][j - 1]}
+
+
+def parameters_of(experiment: Experiment) -> tuple[Parameter, ...]:
+    """The constants that the programs state: true parameters, gains, the file's constants, starts, horizon."""
+    said = {meaning.name: meaning for meaning in experiment.symbols}
+    found = []
+
+    def put(name: str, value: Fraction, tag: str, wording: str, unit: str = "") -> None:
+        found.append(Parameter(name, value, tag, wording, unit))
+
+    for parameter in experiment.unknown:
+        unit = said[parameter.name].unit if parameter.name in said else ""
+        which = "parameter" if len(experiment.unknown) == 1 else parameter.name
+        put(f"{parameter.name}_true", parameter.true, "(10)", f"true {which}, used by the plant alone", unit)
+    for i, gain in enumerate(experiment.k, 1):
+        put(f"k{i}", gain, "(10)", f"gain on z{i}, positive")
+    for name, gain in Names(experiment).gammas().items() if experiment.unknown else ():
+        wording = "adaptation gain, positive" if name == "gamma" else "entry of the adaptation gain"
+        put(name, gain, "(10)", wording)
+    for name, number in experiment.constants:
+        put(
+            name,
+            number,
+            "(10)",
+            said[name].text if name in said else "known constant",
+            said[name].unit if name in said else "",
+        )
+    for name, start in zip(experiment.states, experiment.start, strict=True):
+        put(f"{name}_start", start, "(10)", f"{name} at t = 0", said[name].unit if name in said else "")
+    for parameter in experiment.unknown:
+        put(f"{parameter.estimate}_start", parameter.start, "(10)", f"{parameter.estimate} at t = 0")
+    put("t_final", experiment.horizon, "(10)", "horizon", "s")
+    return tuple(found)
+
+
+# ------------------------------------------------------------------ names with derivatives
+
+
+def is_simple(e: Expression) -> bool:
+    """True for what needs no name: a number, a name, and a number times a name, of either sign."""
+    _, rest = expressions.split_number(e)
+    return isinstance(rest, Name) or rest == ONE
+
+
+class Chain:
+    """Definitions, each in variables and earlier names, with their partial derivatives by the chain rule, named too."""
+
+    def __init__(self, variables: Sequence[str], limit: int | None) -> None:
+        self.order = {v: i for i, v in enumerate(variables)}
+        self.limit = limit
+        self.definitions: dict[str, Expression] = {}
+        self.notes: dict[str, tuple[str, str]] = {}
+        self.kept: set[str] = set()
+        self.depends: dict[str, frozenset[str]] = {v: frozenset([v]) for v in variables}
+        self.partials: dict[tuple[str, tuple[str, ...]], Expression] = {}
+        self.origin: dict[str, tuple[str, tuple[str, ...]]] = {}
+
+    def let(self, name: str, e: Expression, tag: str, wording: str, keep: bool = False) -> Expression:
+        """Name an expression and return the name; what is simple stays without, unless it is to be kept."""
+        if is_simple(e) and not keep:
+            return e
+        if name in self.depends:
+            raise DesignError(f"the name {name} would mean two things; rename a state or a parameter")
+        if self.limit is not None and len(self.definitions) > 10 * self.limit:
+            raise TooLarge(_too_large("more than"))
+        self.definitions[name] = e
+        self.notes[name] = tag, wording
+        self.depends[name] = frozenset().union(*(self.depends.get(s, frozenset()) for s in names_in(e)))
+        if keep:
+            self.kept.add(name)
+        return Name(name)
+
+    def partial(self, e: Expression, v: str) -> Expression:
+        """The partial derivative of an expression, in names."""
+        return derivative(e, lambda name: self.rate(name, v))
+
+    def rate(self, name: str, v: str) -> Expression:
+        """The partial derivative of a name."""
+        if name == v:
+            return ONE
+        if v not in self.depends.get(name, ()) or name not in self.definitions:
+            return ZERO
+        base, orders = self.origin.get(name, (name, ()))
+        return self.mixed(base, tuple(sorted((*orders, v), key=self.order.__getitem__)))
+
+    def mixed(self, base: str, key: tuple[str, ...]) -> Expression:
+        """A partial derivative of any order; kept once, whatever the order of its variables."""
+        if not key:
+            return Name(base)
+        if (base, key) not in self.partials:
+            lower = self.mixed(base, key[:-1])
+            named = isinstance(lower, Name) and (lower.name == base or lower.name in self.origin)
+            e = (
+                self.of_definition(lower.name, key[-1])
+                if named and isinstance(lower, Name)
+                else self.partial(lower, key[-1])
+            )
+            name = "_".join((base, *key))
+            times = {1: "", 2: "second ", 3: "third "}.get(len(key), f"{len(key)}th ")
+            result = self.let(name, e, self.notes[base][0], f"{times}partial derivative of {base}")
+            self.partials[base, key] = result
+            if result == Name(name):
+                self.origin[name] = base, key
+        return self.partials[base, key]
+
+    def of_definition(self, name: str, v: str) -> Expression:
+        """The partial derivative of what a name stands for; that of a quotient is in terms of the name itself."""
+        e = self.definitions[name]
+        if isinstance(e, Quotient):
+            over, under = self.partial(e.over, v), self.partial(e.under, v)
+            return quotient(add(over, negative(product(Name(name), under))), e.under)
+        return self.partial(e, v)
+
+    def short(self, name: str, e: Expression) -> bool:
+        """True for what may be written where it is used: all but long partial derivatives."""
+        return name not in self.origin or operations(e) <= SHORT
+
+    def gradient(self, e: Expression, variables: Iterable[str], keep: bool) -> list[Expression]:
+        """The partial derivatives with respect to the variables; named for good if they are to be kept."""
+        found = [self.partial(e, v) for v in variables]
+        if keep:
+            self.kept.update(d.name for d in found if isinstance(d, Name) and d.name in self.definitions)
+        return found
+
+
+# ------------------------------------------------------------------ the recursion (8)
+
+
+@functools.lru_cache(32)
+def statements_of(experiment: Experiment, large: bool = False) -> tuple[Statement, ...]:
+    """The statements of an experiment's reference, controller and plant, in an order in which they can be computed.
+
+    Raises TooLarge for more than 120 of the controller, unless `large`; DesignError for names that clash.
+    """
+    return _Recursion(experiment, large).statements()
+
+
+class _Recursion:
+    """Counted from 1 as in the lesson; index 0 holds alpha_0 = r, tau_0 = 0, and z_0 = g_0 = 0 for the first step."""
+
+    def __init__(self, experiment: Experiment, large: bool) -> None:
+        self.experiment = experiment
+        self.n, self.p = len(experiment.states), len(experiment.unknown)
+        self.names = Names(experiment)
+        self.tag = STEP_TAG.get(self.n, "(8)")
+        self.limit = None if large else LARGE
+        self.reference = dict(zip(reference_names(self.n + 1), _derivatives(experiment, self.n + 1), strict=True))
+        self.r: list[Expression] = [
+            ZERO if e == ZERO and name != "r" else Name(name) for name, e in self.reference.items()
+        ]
+        varying = [r.name for r in self.r if isinstance(r, Name)]
+        self.chain = Chain((*experiment.states, *experiment.estimates, *varying), self.limit)
+        self.x: list[Expression] = [ZERO, *map(Name, experiment.states)]
+        self.f: list[Expression] = [ZERO]
+        self.g: list[Expression] = [ZERO]
+        self.phi: list[list[Expression]] = [[ZERO] * self.p]
+        self.rows: list[Expression] = [ZERO]  # f_i + g_i x_{i+1} + phi_i' theta_hat
+        self.z: list[Expression] = [ZERO]
+        self.w: list[list[Expression]] = [[ZERO] * self.p]
+        self.tau: list[list[Expression]] = [[ZERO] * self.p]
+        self.alpha: list[Expression] = [self.r[0]]
+        self.by_estimate: list[list[Expression]] = [[ZERO] * self.p]  # d alpha_i / d theta_hat
+
+    def statements(self) -> tuple[Statement, ...]:
+        for i in range(1, self.n + 1):
+            self.read_row(i)
+            self.step(i)
+        controller = _shortened(self.chain, self.outputs())
+        if self.limit is not None and len(controller) > self.limit:
+            raise TooLarge(_too_large(str(len(controller))))
+        notes = self.chain.notes
+        return (
+            *self.reference_statements(),
+            *(Statement(name, e, CONTROLLER, *notes[name]) for name, e in controller.items()),
+            *self.plant_statements(),
+        )
+
+    def outputs(self) -> tuple[str, ...]:
+        """The names that must be there: the errors, the control and the update law."""
+        return (*(f"z{i}" for i in range(1, self.n + 1)), INPUT, *(f"{name}_dot" for name in self.experiment.estimates))
+
+    def read_row(self, i: int) -> None:
+        """Name f_i, g_i and phi_i, (2) and (4)."""
+        form, let = ordered_form(self.experiment), self.chain.let
+        self.f.append(let(f"f{i}", form.f[i - 1], "(2)", f"known part of row {i}"))
+        self.g.append(let(f"g{i}", form.g[i - 1], "(2)", f"gain of row {i}"))
+        entries = enumerate(form.phi[i - 1], 1)
+        self.phi.append([self.regressor(i, j, e) for j, e in entries])
+
+    def regressor(self, i: int, j: int, e: Expression) -> Expression:
+        """Entry j of phi_i; a number needs no name."""
+        if isinstance(e, Number) or (isinstance(e, Negative) and isinstance(e.of, Number)):
+            return e
+        wording = "regressor" if self.p == 1 else f"regressor of {self.experiment.unknown[j - 1].name}"
+        where = f", row {i}" if self.names.rows > 1 else ""
+        return self.chain.let(self.names.phi(i, j), e, "(4)", wording + where, keep=True)
+
+    def step(self, i: int) -> None:
+        """Step i of the recursion: z_i, w_i, tau_i, the known part of alpha_{i-1}', and alpha_i, which is u at last."""
+        let, last = self.chain.let, i == self.n
+        wording = "tracking error" if i == 1 else "distance from the virtual control"
+        self.z.append(let(f"z{i}", add(self.x[i], negative(self.alpha[i - 1])), "(5)", wording, keep=True))
+        by_state = self.chain.gradient(self.alpha[i - 1], self.experiment.states[: i - 1], keep=True)
+        self.w.append([self.regressor_error(i, j, by_state) for j in range(self.p)])
+        self.tau.append([self.tuning_function(i, j) for j in range(self.p)])
+        rates = self.update_law() if last else self.adapted(self.tau[i])
+        known = self.known_part(i, by_state)
+        self.by_estimate.append(self.chain.gradient(self.alpha[i - 1], self.experiment.estimates, keep=True))
+        terms = [
+            negative(product(self.g[i - 1], self.z[i - 1])),
+            negative(product(Name(f"k{i}"), self.z[i])),
+            negative(self.f[i]),
+            *(negative(product(phi, Name(s))) for phi, s in zip(self.phi[i], self.experiment.estimates, strict=True)),
+        ]
+        terms = [*terms, known] if i == 1 else [known, *terms]
+        terms += [self.paired(self.by_estimate[i], rates if last else self.tau[i], scaled=not last)]
+        terms += [product(self.paired(self.by_estimate[j], self.w[i], scaled=True), self.z[j]) for j in range(2, i)]
+        alpha = quotient(add(*terms), self.g[i])
+        wording = "control" if last else "virtual control"
+        self.alpha.append(let(INPUT if last else f"alpha{i}", alpha, self.tag, wording, keep=True))
+
+    def regressor_error(self, i: int, j: int, by_state: Sequence[Expression]) -> Expression:
+        """w_i = phi_i - sum_{l<i} alpha_{i-1}_xl phi_l, entry j from 0; (8)."""
+        parts = (negative(product(by_state[m - 1], self.phi[m][j])) for m in range(1, i))
+        name, wording = self.names.component("w", i, j + 1), self.of("regressor", j) + f" in z{i}'"
+        return self.chain.let(name, add(self.phi[i][j], *parts), self.tag, wording)
+
+    def tuning_function(self, i: int, j: int) -> Expression:
+        """tau_i = tau_{i-1} + w_i z_i, entry j from 0; the last one is always named; (6), (8)."""
+        e = add(self.tau[i - 1][j], product(self.w[i][j], self.z[i]))
+        name = self.names.component("tau", i, j + 1)
+        return self.chain.let(name, e, self.tag, self.of("tuning function", j), keep=i == self.n)
+
+    def update_law(self) -> list[Expression]:
+        """theta_hat' = Gamma tau_n; (8)."""
+        rates = self.adapted(self.tau[self.n])
+        return [
+            self.chain.let(f"{name}_dot", rate, self.tag, self.of("update law", j), keep=True)
+            for j, (name, rate) in enumerate(zip(self.experiment.estimates, rates, strict=True))
+        ]
+
+    def of(self, wording: str, j: int) -> str:
+        """The wording, of which parameter where there are several."""
+        return wording if self.p == 1 else f"{wording} of {self.experiment.unknown[j].name}"
+
+    def adapted(self, column: Sequence[Expression]) -> list[Expression]:
+        """Gamma times a column."""
+        return [add(*(product(self.gain(a, b), column[b]) for b in range(self.p))) for a in range(self.p)]
+
+    def gain(self, a: int, b: int) -> Expression:
+        return Name(self.names.gamma(a + 1, b + 1)) if self.experiment.Gamma[a][b] else ZERO
+
+    def paired(self, row: Sequence[Expression], column: Sequence[Expression], scaled: bool) -> Expression:
+        """A row times a column, or times Gamma times the column if it is to be scaled."""
+        if scaled and self.p and self.names.gamma(1, 1) == "gamma":
+            return product(self.gain(0, 0), self.paired(row, column, False))
+        rates = self.adapted(column) if scaled else column
+        return add(*(product(a, b) for a, b in zip(row, rates, strict=True)))
+
+    def known_part(self, i: int, by_state: Sequence[Expression]) -> Expression:
+        """What alpha_{i-1}' is without the parameter error and the update law; for alpha_0 = r it is r'."""
+        if i == 1:
+            return self.r[1]
+        self.rows.append(self.row_estimate(i - 1))
+        terms = [product(by_state[j - 1], self.rows[j]) for j in range(1, i)]
+        varying = [(a.name, b) for a, b in pairwise(self.r) if isinstance(a, Name)]
+        slopes = self.chain.gradient(self.alpha[i - 1], [name for name, _ in varying], keep=True)
+        terms += [product(d, rate) for d, (_, rate) in zip(slopes, varying, strict=True)]
+        name = f"alpha{i - 1}"
+        return self.chain.let(f"{name}_dot_known", add(*terms), self.tag, f"known part of {name}'", keep=True)
+
+    def row_estimate(self, j: int) -> Expression:
+        """f_j + g_j x_{j+1} + phi_j' theta_hat: row j with the estimate in the place of theta."""
+        estimates = map(Name, self.experiment.estimates)
+        terms = (product(phi, s) for phi, s in zip(self.phi[j], estimates, strict=True))
+        e = add(self.f[j], product(self.g[j], self.x[j + 1]), *terms)
+        state = self.experiment.states[j - 1]
+        return self.chain.let(f"{state}_dot_known", e, self.tag, f"known part of {state}'")
+
+    # -------------------------------------------------------------- reference and plant
+
+    def reference_statements(self) -> Iterator[Statement]:
+        ordinals = ("", "first", "second", "third", "fourth")
+        for order, (name, e) in enumerate(self.reference.items()):
+            if order == 0 or e != ZERO:
+                ordinal = ordinals[order] if order < len(ordinals) else f"{order}th"
+                yield Statement(name, e, REFERENCE, "(15)", f"its {ordinal} derivative" if order else "reference")
+
+    def plant_statements(self) -> Iterator[Statement]:
+        """The rows as their author wrote them, with the true parameters, and phi where it stands there as it is."""
+        true = {p.name: Name(f"{p.name}_true") for p in self.experiment.unknown}
+        for i, (state, row) in enumerate(zip(self.experiment.states, self.experiment.rows, strict=True), 1):
+            terms = tuple(self.with_regressor(term, i) for term in terms_of(row))
+            e = Sum(terms) if isinstance(row, Sum) else terms[0]
+            tag = "(7)" if self.n == 2 else "(2)"
+            yield Statement(f"{state}_dot", renamed(e, true), PLANT, tag, f"plant, row {i}")
+
+    def with_regressor(self, term: Expression, i: int) -> Expression:
+        """A term of row i, with theta_j phi_ij for a parameter times what phi_ij stands for."""
+        body, minus = (term.of, True) if isinstance(term, Negative) else (term, False)
+        if not isinstance(body, Product):
+            return term
+        for j, parameter in enumerate(self.experiment.unknown):
+            phi, theta = self.phi[i][j], Name(parameter.name)
+            if body.factors.count(theta) == 1 and isinstance(phi, Name):
+                at = body.factors.index(theta)
+                rest = product(*body.factors[:at], *body.factors[at + 1 :])
+                meant = self.chain.definitions[phi.name]
+                if rest in (meant, negative(meant)):
+                    both = Product((theta, phi) if at == 0 else (phi, theta))
+                    return Negative(both) if minus != (rest != meant) else both
+        return term
+
+
+def renamed(e: Expression, names: Mapping[str, Expression]) -> Expression:
+    """Put names in the place of names, and leave all else as it was written."""
+    return expressions.rebuilt(e, lambda name: names.get(name, Name(name)))
+
+
+def _derivatives(experiment: Experiment, count: int) -> list[Expression]:
+    found = [experiment.reference]
+    while len(found) < count:
+        found.append(slope(found[-1], "t"))
+    return found
+
+
+def _too_large(count: str) -> str:
+    return (
+        f"the controller has {count} statements, and more than {LARGE} are not written unless it is asked to be large"
+    )
+
+
+def _shortened(chain: Chain, outputs: Sequence[str]) -> dict[str, Expression]:
+    """The definitions that the outputs need; one that is used once is written where it is used, unless it is kept."""
+    definitions = dict(chain.definitions)
+    while True:
+        live = _needed(definitions, outputs)
+        definitions = {name: e for name, e in definitions.items() if name in live}
+        uses: dict[str, int] = {}
+        for e in definitions.values():
+            for name in names_in(e):
+                uses[name] = uses.get(name, 0) + 1
+        free = {s: e for s, e in definitions.items() if s not in chain.kept and s not in outputs}
+        inlined = {s: e for s, e in free.items() if is_simple(e)}
+        inlined = inlined or dict(islice(((s, e) for s, e in free.items() if uses[s] == 1 and chain.short(s, e)), 1))
+        if not inlined:
+            return definitions
+        definitions = {s: substitute(e, inlined) for s, e in definitions.items() if s not in inlined}
+
+
+def _needed(definitions: Mapping[str, Expression], outputs: Sequence[str]) -> set[str]:
+    live, waiting = set[str](), [name for name in outputs if name in definitions]
+    while waiting:
+        name = waiting.pop()
+        if name not in live:
+            live.add(name)
+            waiting.extend(s for s in names_in(definitions[name]) if s in definitions)
+    return live
+
+
+# ------------------------------------------------------------------ the statements as a design, and their proof
+
+
+def as_design(experiment: Experiment, statements: Sequence[Statement]) -> Design:
+    """The controller's statements as a design, each a name of its program, with numbers for gains and constants.
+
+    Nothing but the statements, and the plant, enters: it is what is written that is then proven.
+    """
+    plant = form_of(experiment)
+    n = len(plant.states)
+    theta_hat = tuple(map(sp.Symbol, experiment.estimates))
+    written = {s.name for s in statements if s.section == REFERENCE}
+    r = tuple(sp.Symbol(name) if name in written else sp.S.Zero for name in reference_names(n + 1))
+    program = Program((*plant.states, *theta_hat, *(s for s in r if s != 0), *plant.parameters))
+    gains = {f"k{i}": gain for i, gain in enumerate(experiment.k, 1)}
+    if experiment.unknown:
+        gains |= Names(experiment).gammas()
+    values: dict[str, sp.Expr] = {name: sp.Rational(gain) for name, gain in gains.items()}
+
+    def worth(name: str) -> sp.Expr:
+        return values[name] if name in values else experiment.symbol(name)
+
+    for s in statements:
+        if s.section == CONTROLLER:
+            values[s.name] = program.let(f"written_{s.name}", to_sympy(s.expression, worth))
+    z = tuple(values[f"z{i}"] for i in range(1, n + 1))
+    alpha = (*(values[f"alpha{i}"] for i in range(1, n)), values[INPUT])
+    p = len(theta_hat)
+    rates = sp.ImmutableDenseMatrix(p, 1, [values[f"{name}_dot"] for name in experiment.estimates])
+    Gamma = sp.ImmutableDenseMatrix(p, p, [sp.Rational(e) for row in experiment.Gamma for e in row])
+    k = tuple(map(sp.Rational, experiment.k))
+    V = program.let("V", lyapunov_function(z, theta_hat, plant.parameters, Gamma))
+    return Design(plant, k, Gamma, r, theta_hat, z, (), (), alpha, values[INPUT], rates, V, program)
+
+
+def lyapunov_function(
+    z: Sequence[sp.Expr], theta_hat: Sequence[sp.Symbol], theta: Sequence[sp.Symbol], Gamma: sp.Matrix
+) -> sp.Expr:
+    """V = sum z_i^2 / 2 + theta_tilde' Gamma^-1 theta_tilde / 2; (6), (7)."""
+    errors = sp.Matrix(len(theta), 1, [a - b for a, b in zip(theta_hat, theta, strict=True)])
+    spread = (errors.T * Gamma.inv() * errors)[0, 0] if theta else sp.S.Zero
+    return sp.Add(*(e**2 for e in z)) / 2 + spread / 2
+
+
+def prove(experiment: Experiment, statements: Sequence[Statement]) -> None:
+    """Check V' + sum k_i z_i^2 = 0 for the statements as written, in exact arithmetic; raises IdentityRefuted."""
+    check_identity(as_design(experiment, statements))
