@@ -3,8 +3,8 @@
 
 For any n and p, with alpha_0 = r:
 
-    alpha_i_dot_known = sum_j alpha_i_xj (f_j + g_j x_{j+1} + phi_j' theta_hat) + the terms in r', r'', ...
-    alpha_i = (alpha_{i-1}_dot_known - g_{i-1} z_{i-1} - k_i z_i - f_i - phi_i' theta_hat
+    alpha_i_dot_known = sum_j alpha_i_xj (f_j + g_j x_{j+1} + theta_hat' phi_j) + the terms in r', r'', ...
+    alpha_i = (alpha_{i-1}_dot_known - g_{i-1} z_{i-1} - k_i z_i - f_i - theta_hat' phi_i
                + alpha_{i-1}_theta_hat Gamma tau_i + sum_{2<=j<i} alpha_{j-1}_theta_hat Gamma w_i z_j) / g_i
 
 which is the recursion (8). Terms of 0 and factors of 1 are not written; partial derivatives have names and are computed
@@ -24,7 +24,7 @@ import sympy as sp
 
 from conformance.theory import expressions
 from conformance.theory.design import Design, check_identity
-from conformance.theory.experiment_file import INPUT, Experiment, form_of
+from conformance.theory.experiment_file import INPUT, Experiment, Unknown, form_of
 from conformance.theory.expressions import (
     ONE,
     ZERO,
@@ -51,18 +51,22 @@ from conformance.theory.strict_feedback import DesignError
 
 LARGE = 120  # statements
 SHORT = 3  # operations of a partial derivative that is written where it is used
-REFERENCE, CONTROLLER, PLANT = "reference", "controller", "plant"  # sections
+REFERENCE, REGRESSOR, CONTROLLER, PLANT = "reference", "regressor", "controller", "plant"  # sections, in their order
 STEP_TAG = {1: "(6)", 2: "(7)"}  # of a design with so many steps; (8) for more
 
 
 class Statement(NamedTuple):
-    """One line of a program: what it defines, the section it belongs to, the lesson's section, and a few words."""
+    """One line of a program: what it defines, the section it belongs to, the lesson's section, and a few words.
+
+    The remark, if there is one, is a sentence for the line above.
+    """
 
     name: str
     expression: Expression
     section: str
     tag: str
     wording: str
+    remark: str = ""
 
     def __str__(self) -> str:
         return f"{self.name} = {expressions.text(self.expression)}"
@@ -169,25 +173,25 @@ def parameters_of(experiment: Experiment) -> tuple[Parameter, ...]:
     for parameter in experiment.unknown:
         unit = said[parameter.name].unit if parameter.name in said else ""
         which = "parameter" if len(experiment.unknown) == 1 else parameter.name
-        put(f"{parameter.name}_true", parameter.true, "(10)", f"true {which}, used by the plant alone", unit)
+        put(f"{parameter.name}_true", parameter.true, "(15)", f"true {which}, used by the plant alone", unit)
     for i, gain in enumerate(experiment.k, 1):
-        put(f"k{i}", gain, "(10)", f"gain on z{i}, positive")
+        put(f"k{i}", gain, "(15)", f"gain on z{i}, positive")
     for name, gain in Names(experiment).gammas().items() if experiment.unknown else ():
         wording = "adaptation gain, positive" if name == "gamma" else "entry of the adaptation gain"
-        put(name, gain, "(10)", wording)
+        put(name, gain, "(15)", wording)
     for name, number in experiment.constants:
         put(
             name,
             number,
-            "(10)",
+            "(15)",
             said[name].text if name in said else "known constant",
             said[name].unit if name in said else "",
         )
     for name, start in zip(experiment.states, experiment.start, strict=True):
-        put(f"{name}_start", start, "(10)", f"{name} at t = 0", said[name].unit if name in said else "")
+        put(f"{name}_start", start, "(15)", f"{name} at t = 0", said[name].unit if name in said else "")
     for parameter in experiment.unknown:
-        put(f"{parameter.estimate}_start", parameter.start, "(10)", f"{parameter.estimate} at t = 0")
-    put("t_final", experiment.horizon, "(10)", "horizon", "s")
+        put(f"{parameter.estimate}_start", parameter.start, "(15)", f"{parameter.estimate} at t = 0")
+    put("final_time", experiment.horizon, "(15)", "horizon", "s")
     return tuple(found)
 
 
@@ -208,6 +212,9 @@ class Chain:
         self.limit = limit
         self.definitions: dict[str, Expression] = {}
         self.notes: dict[str, tuple[str, str]] = {}
+        self.remarks: dict[str, str] = {}
+        self.step = 0
+        self.step_of: dict[str, int] = {}  # in which each was defined
         self.kept: set[str] = set()
         self.depends: dict[str, frozenset[str]] = {v: frozenset([v]) for v in variables}
         self.partials: dict[tuple[str, tuple[str, ...]], Expression] = {}
@@ -223,6 +230,7 @@ class Chain:
             raise TooLarge(_too_large("more than"))
         self.definitions[name] = e
         self.notes[name] = tag, wording
+        self.step_of[name] = self.step
         self.depends[name] = frozenset().union(*(self.depends.get(s, frozenset()) for s in names_in(e)))
         if keep:
             self.kept.add(name)
@@ -284,17 +292,25 @@ class Chain:
 # ------------------------------------------------------------------ the recursion (8)
 
 
-@functools.lru_cache(32)
 def statements_of(experiment: Experiment, large: bool = False) -> tuple[Statement, ...]:
     """The statements of an experiment's reference, controller and plant, in an order in which they can be computed.
 
     Raises TooLarge for more than 120 of the controller, unless `large`; DesignError for names that clash.
     """
-    return _Recursion(experiment, large).statements()
+    return recursion_of(experiment, large).statements
 
 
-class _Recursion:
-    """Counted from 1 as in the lesson; index 0 holds alpha_0 = r, tau_0 = 0, and z_0 = g_0 = 0 for the first step."""
+@functools.lru_cache(32)
+def recursion_of(experiment: Experiment, large: bool = False) -> Recursion:
+    """The recursion (8) carried out, with all its objects; raises as `statements_of` does."""
+    return Recursion(experiment, large)
+
+
+class Recursion:
+    """All objects of the recursion, and the `statements` that come of it.
+
+    Counted from 1 as in the lesson; index 0 holds alpha_0 = r, tau_0 = 0, and z_0 = g_0 = 0 for the first step.
+    """
 
     def __init__(self, experiment: Experiment, large: bool) -> None:
         self.experiment = experiment
@@ -312,26 +328,36 @@ class _Recursion:
         self.f: list[Expression] = [ZERO]
         self.g: list[Expression] = [ZERO]
         self.phi: list[list[Expression]] = [[ZERO] * self.p]
-        self.rows: list[Expression] = [ZERO]  # f_i + g_i x_{i+1} + phi_i' theta_hat
+        self.regressors: set[str] = set()
+        self.rows: list[Expression] = [ZERO]  # f_i + g_i x_{i+1} + theta_hat' phi_i
         self.z: list[Expression] = [ZERO]
         self.w: list[list[Expression]] = [[ZERO] * self.p]
         self.tau: list[list[Expression]] = [[ZERO] * self.p]
         self.alpha: list[Expression] = [self.r[0]]
         self.by_estimate: list[list[Expression]] = [[ZERO] * self.p]  # d alpha_i / d theta_hat
 
-    def statements(self) -> tuple[Statement, ...]:
         for i in range(1, self.n + 1):
+            self.chain.step = i
             self.read_row(i)
             self.step(i)
-        controller = _shortened(self.chain, self.outputs())
-        if self.limit is not None and len(controller) > self.limit:
-            raise TooLarge(_too_large(str(len(controller))))
-        notes = self.chain.notes
+        self.statements = self.written()
+
+    def written(self) -> tuple[Statement, ...]:
+        """The statements, without what nobody needs, and with what is used once where it is used."""
+        definitions = _shortened(self.chain, self.outputs())
+        if self.limit is not None and len(definitions) > self.limit:
+            raise TooLarge(_too_large(str(len(definitions))))
+        regressors = [name for name in definitions if name in self.regressors]
+        ordered = [*regressors, *(name for name in definitions if name not in self.regressors)]
         return (
             *self.reference_statements(),
-            *(Statement(name, e, CONTROLLER, *notes[name]) for name, e in controller.items()),
+            *(self.statement(name, definitions[name]) for name in ordered),
             *self.plant_statements(),
         )
+
+    def statement(self, name: str, e: Expression) -> Statement:
+        section = REGRESSOR if name in self.regressors else CONTROLLER
+        return Statement(name, e, section, *self.chain.notes[name], self.chain.remarks.get(name, ""))
 
     def outputs(self) -> tuple[str, ...]:
         """The names that must be there: the errors, the control and the update law."""
@@ -351,6 +377,7 @@ class _Recursion:
             return e
         wording = "regressor" if self.p == 1 else f"regressor of {self.experiment.unknown[j - 1].name}"
         where = f", row {i}" if self.names.rows > 1 else ""
+        self.regressors.add(self.names.phi(i, j))
         return self.chain.let(self.names.phi(i, j), e, "(4)", wording + where, keep=True)
 
     def step(self, i: int) -> None:
@@ -359,6 +386,7 @@ class _Recursion:
         wording = "tracking error" if i == 1 else "distance from the virtual control"
         self.z.append(let(f"z{i}", add(self.x[i], negative(self.alpha[i - 1])), "(5)", wording, keep=True))
         by_state = self.chain.gradient(self.alpha[i - 1], self.experiment.states[: i - 1], keep=True)
+        self.remark_on_slopes(i)
         self.w.append([self.regressor_error(i, j, by_state) for j in range(self.p)])
         self.tau.append([self.tuning_function(i, j) for j in range(self.p)])
         rates = self.update_law() if last else self.adapted(self.tau[i])
@@ -368,14 +396,29 @@ class _Recursion:
             negative(product(self.g[i - 1], self.z[i - 1])),
             negative(product(Name(f"k{i}"), self.z[i])),
             negative(self.f[i]),
-            *(negative(product(phi, Name(s))) for phi, s in zip(self.phi[i], self.experiment.estimates, strict=True)),
+            *(negative(term) for term in self.estimated(i)),
         ]
         terms = [*terms, known] if i == 1 else [known, *terms]
-        terms += [self.paired(self.by_estimate[i], rates if last else self.tau[i], scaled=not last)]
-        terms += [product(self.paired(self.by_estimate[j], self.w[i], scaled=True), self.z[j]) for j in range(2, i)]
-        alpha = quotient(add(*terms), self.g[i])
+        adaptation = [
+            self.paired(self.by_estimate[i], rates if last else self.tau[i], scaled=not last),
+            *(product(self.paired(self.by_estimate[j], self.w[i], scaled=True), self.z[j]) for j in range(2, i)),
+        ]
+        alpha = quotient(add(*terms, *adaptation), self.g[i])
         wording = "control" if last else "virtual control"
-        self.alpha.append(let(INPUT if last else f"alpha{i}", alpha, self.tag, wording, keep=True))
+        name = INPUT if last else f"alpha{i}"
+        self.alpha.append(let(name, alpha, self.tag, wording, keep=True))
+        self.remark_on_adaptation(name, i, add(*adaptation))
+
+    def remark_on_adaptation(self, name: str, i: int, e: Expression) -> None:
+        moving = [s for s, d in zip(self.experiment.estimates, self.by_estimate[i], strict=True) if d != ZERO]
+        if moving and e != ZERO:
+            count = len(terms_of(e))
+            which = "the last term" if count == 1 else f"the last {count} terms"
+            self.chain.remarks[name] = f"alpha{i - 1} moves with {', '.join(moving)} too: hence {which}"
+
+    def estimated(self, i: int) -> list[Expression]:
+        """The terms of theta_hat' phi_i."""
+        return [product(Name(s), phi) for s, phi in zip(self.experiment.estimates, self.phi[i], strict=True)]
 
     def regressor_error(self, i: int, j: int, by_state: Sequence[Expression]) -> Expression:
         """w_i = phi_i - sum_{l<i} alpha_{i-1}_xl phi_l, entry j from 0; (8)."""
@@ -425,15 +468,35 @@ class _Recursion:
         slopes = self.chain.gradient(self.alpha[i - 1], [name for name, _ in varying], keep=True)
         terms += [product(d, rate) for d, (_, rate) in zip(slopes, varying, strict=True)]
         name = f"alpha{i - 1}"
-        return self.chain.let(f"{name}_dot_known", add(*terms), self.tag, f"known part of {name}'", keep=True)
+        if i == 2 and self.in_row(1):
+            first, parameters = self.experiment.states[0], ", ".join(p.name for p in self.in_row(1))
+            estimates = ", ".join(p.estimate for p in self.in_row(1))
+            self.chain.remarks[f"{name}_dot_known"] = (
+                f"{name}' contains {parameters}, by {first}': this is what is left of it with {estimates} in "
+                f"{_genitive(parameters)} place"
+            )
+        return self.chain.let(f"{name}_dot_known", add(*terms), self.tag, "known part", keep=True)
 
     def row_estimate(self, j: int) -> Expression:
-        """f_j + g_j x_{j+1} + phi_j' theta_hat: row j with the estimate in the place of theta."""
-        estimates = map(Name, self.experiment.estimates)
-        terms = (product(phi, s) for phi, s in zip(self.phi[j], estimates, strict=True))
-        e = add(self.f[j], product(self.g[j], self.x[j + 1]), *terms)
-        state = self.experiment.states[j - 1]
-        return self.chain.let(f"{state}_dot_known", e, self.tag, f"known part of {state}'")
+        """f_j + g_j x_{j+1} + theta_hat' phi_j: row j with the estimate in the place of theta."""
+        e = add(self.f[j], product(self.g[j], self.x[j + 1]), *self.estimated(j))
+        estimates = ", ".join(p.estimate for p in self.in_row(j))
+        wording = f"row {j}" + (f" with {estimates}" if estimates else "")
+        return self.chain.let(f"{self.experiment.states[j - 1]}_dot_known", e, self.tag, wording)
+
+    def in_row(self, i: int) -> list[Unknown]:
+        """The unknown parameters of row i."""
+        return [p for p, phi in zip(self.experiment.unknown, self.phi[i], strict=True) if phi != ZERO]
+
+    def remark_on_slopes(self, i: int) -> None:
+        """Say where the derivative of a regressor is a number, which is then not seen in that of alpha_1."""
+        if i == 2:
+            x = self.experiment.states[0]
+            for phi in self.phi[1]:
+                if isinstance(phi, Name) and isinstance(rate := self.chain.rate(phi.name, x), Number):
+                    e = expressions.text(self.chain.definitions[phi.name])
+                    number = expressions.text(rate)
+                    self.chain.remarks[f"alpha1_{x}"] = f"{phi.name}({x}) = {e} has the derivative {number}"
 
     # -------------------------------------------------------------- reference and plant
 
@@ -480,6 +543,10 @@ def _derivatives(experiment: Experiment, count: int) -> list[Expression]:
     while len(found) < count:
         found.append(slope(found[-1], "t"))
     return found
+
+
+def _genitive(names: str) -> str:
+    return f"{names}'s" if "," not in names else "their"
 
 
 def _too_large(count: str) -> str:
@@ -539,7 +606,7 @@ def as_design(experiment: Experiment, statements: Sequence[Statement]) -> Design
         return values[name] if name in values else experiment.symbol(name)
 
     for s in statements:
-        if s.section == CONTROLLER:
+        if s.section in (REGRESSOR, CONTROLLER):
             values[s.name] = program.let(f"written_{s.name}", to_sympy(s.expression, worth))
     z = tuple(values[f"z{i}"] for i in range(1, n + 1))
     alpha = (*(values[f"alpha{i}"] for i in range(1, n)), values[INPUT])

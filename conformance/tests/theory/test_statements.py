@@ -17,6 +17,7 @@ from conformance.theory.program import evaluate
 from conformance.theory.statements import (
     CONTROLLER,
     LARGE,
+    REGRESSOR,
     Statement,
     TooLarge,
     as_design,
@@ -36,12 +37,15 @@ r_dot = amplitude * omega * cos(omega * t)  # (15) its first derivative
 r_ddot = -amplitude * omega * omega * sin(omega * t)  # (15) its second derivative
 phi = x1  # (4) regressor
 z1 = x1 - r  # (5) tracking error
-alpha1 = -k1 * z1 - phi * theta_hat + r_dot  # (7) virtual control
+alpha1 = -k1 * z1 - theta_hat * phi + r_dot  # (7) virtual control
 z2 = x2 - alpha1  # (5) distance from the virtual control
+# phi(x1) = x1 has the derivative 1
 alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1
 tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function
 theta_hat_dot = gamma * tau2  # (7) update law
-alpha1_dot_known = alpha1_x1 * (x2 + phi * theta_hat) + k1 * r_dot + r_ddot  # (7) known part of alpha1'
+# alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place
+alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * phi) + k1 * r_dot + r_ddot  # (7) known part
+# alpha1 moves with theta_hat too: hence the last term
 u = alpha1_dot_known - z1 - k2 * z2 - phi * theta_hat_dot  # (7) control
 x1_dot = x2 + theta_true * phi  # (7) plant, row 1
 x2_dot = u  # (7) plant, row 2
@@ -53,7 +57,7 @@ def experiment(name: str) -> Experiment:
 
 
 def controller(e: Experiment, large: bool = False) -> list[Statement]:
-    return [s for s in statements_of(e, large) if s.section == CONTROLLER]
+    return [s for s in statements_of(e, large) if s.section in (REGRESSOR, CONTROLLER)]
 
 
 def random_experiment(n: int, p: int, seed: int) -> Experiment:
@@ -78,8 +82,19 @@ RANDOM = [(1, 0), (1, 2), (2, 0), (2, 3), (3, 0), (3, 2)]
 
 
 def test_the_statements_of_the_lesson_are_its_own_lines() -> None:
-    written = [f"{s}  # {s.tag} {s.wording}" for s in statements_of(experiment("Chapter17_Lesson1"))]
+    written = []
+    for s in statements_of(experiment("Chapter17_Lesson1")):
+        written += [f"# {s.remark}"] * bool(s.remark) + [f"{s}  # {s.tag} {s.wording}"]
     assert written == LESSON.strip().splitlines()
+
+
+def test_the_lesson_written_by_hand_holds_the_same_lines() -> None:
+    lines = [
+        line.strip().replace("np.", "") for line in (ROOT / "python" / "Chapter17_Lesson1.py").read_text().splitlines()
+    ]
+    for name in ("amplitude", "omega", "k1", "k2", "gamma", "theta_true"):
+        lines = [line.replace(name.upper(), name) for line in lines]
+    assert [line for line in LESSON.strip().splitlines() if line not in lines] == []
 
 
 def test_problem_6_differs_from_the_lesson_in_its_reference_alone() -> None:
@@ -213,7 +228,7 @@ def test_a_wrong_sign_in_any_statement_is_refused(name: str) -> None:
     tried = 0
     for i, s in enumerate(statements):
         wrong = broken(s.expression)
-        if s.section == CONTROLLER and wrong is not None:
+        if s.section in (REGRESSOR, CONTROLLER) and wrong is not None:
             tried += 1
             with pytest.raises(IdentityRefuted):
                 prove(e, (*statements[:i], s._replace(expression=wrong), *statements[i + 1 :]))
@@ -234,7 +249,7 @@ def test_the_constants_of_the_lesson_are_those_of_its_programs() -> None:
     stated = {p.name: str(p.value) for p in parameters_of(experiment("Chapter17_Lesson1"))}
     assert stated == {
         "theta_true": "6/5", "k1": "2", "k2": "5/2", "gamma": "3", "amplitude": "1/2", "omega": "7/10",
-        "x1_start": "6/5", "x2_start": "-1/2", "theta_hat_start": "0", "t_final": "20",
+        "x1_start": "6/5", "x2_start": "-1/2", "theta_hat_start": "0", "final_time": "20",
     }  # fmt: skip
 
 
