@@ -129,6 +129,16 @@ def parser() -> Parser:
     diff = commands.add_parser("diff", help="what changed between two results; the exit status is 1 where anything did")
     diff.add_argument("old", type=Path, metavar="OLD.json")
     diff.add_argument("new", type=Path, metavar="NEW.json")
+    design = commands.add_parser(
+        "design",
+        help="derive the adaptive controller of a plant, and prove it",
+        description="Print the derivation for an experiment file such as plants/Chapter17_Lesson1.toml: the plant in "
+        "strict-feedback form, each step, the Lyapunov function, and the outcome of the proof. The exit status is 0 "
+        "where the proof holds, 1 where it does not, 2 where there is no design; every reason is shown at its place.",
+    )
+    design.add_argument("file", type=Path, metavar="FILE.toml", help="the experiment")
+    design.add_argument("--format", choices=("text", "markdown", "latex", "json"), default="text", help="default: text")
+    design.add_argument("--large", action="store_true", help="even if it has more statements than anyone reads")
     new_port = commands.add_parser("new-port", help="write the skeleton of a port in another language")
     new_port.add_argument("name", help="lower-case letters and digits, such as fortran")
     truth = commands.add_parser(
@@ -376,6 +386,22 @@ def new_port(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def design(arguments: argparse.Namespace) -> int:
+    """The derivation of a design; 0 where its identity holds."""
+    from conformance.theory.derivation import FORMATS, derivation
+    from conformance.theory.experiment_file import read_experiment
+    from conformance.theory.faults import FileFault
+
+    try:
+        experiment = read_experiment(arguments.file)
+    except FileFault as refused:
+        print(refused, file=sys.stderr)
+        return 2
+    derived = derivation(experiment, arguments.large)
+    print(FORMATS[arguments.format](derived), end="")
+    return 0 if derived.holds else 1
+
+
 def print_truth(arguments: argparse.Namespace) -> int:
     """The enclosure at the times asked for, row by row."""
     from conformance.theory.scenario import scenario_named
@@ -429,6 +455,7 @@ COMMANDS = {
     "exercises": exercises,
     "mutants": mutants,
     "diff": diff,
+    "design": design,
     "new-port": new_port,
     "truth": print_truth,
 }

@@ -201,15 +201,8 @@ def to_text(d: Derivation) -> str:
         for equation, e in zip(equations, part.equations, strict=True):
             notes = " ".join(filter(None, (e.tag, e.wording)))
             lines += [f"    {equation[0].ljust(width)}  {notes}".rstrip(), *(f"    {line}" for line in equation[1:])]
-    lines += [
-        "",
-        "Proof",
-        "",
-        f"    V' + {' + '.join(_losses(d))} = 0 {d.outcome}.",
-        "",
-        "Assumptions (3) not proven",
-        "",
-    ]
+    lines += ["", "Proof", "", f"    V' + {' + '.join(_losses(d))} = 0", f"    {d.outcome}"]
+    lines += ["", "Assumptions (3) not proven", ""]
     lines += [f"    {assumption}" for assumption in d.assumptions] or ["    none"]
     return "\n".join(lines) + "\n"
 
@@ -228,15 +221,10 @@ def spoken(d: Derivation) -> Callable[[str], str]:
 
 
 def _broken(start: str, e: Expression, name: Callable[[str], str]) -> list[str]:
-    """An equation in lines that are not too wide, broken before the signs of a sum."""
-    whole = start + juxtaposed(e, name)
-    if len(whole) <= WIDE or not isinstance(e, Sum):
-        return [whole]
-    first, *others = e.terms
-    lines = [start + juxtaposed(first, name)]
-    for term in others:
-        sign, size = ("-", term.of) if isinstance(term, Negative) else ("+", term)
-        piece = f"{sign} {_enclosed(size, 2, name)}"
+    """An equation in lines that are not too wide, broken before signs."""
+    first, *others = re.split(r" (?=[+-] )", juxtaposed(e, name))
+    lines = [start + first]
+    for piece in others:
         if len(lines[-1]) + len(piece) < WIDE:
             lines[-1] += f" {piece}"
         else:
@@ -279,40 +267,11 @@ def _enclosed(e: Expression, strength: int, name: Callable[[str], str]) -> str:
 
 # ------------------------------------------------------------------ as LaTeX and Markdown
 
-GREEK = [
-    "alpha",
-    "beta",
-    "gamma",
-    "delta",
-    "epsilon",
-    "zeta",
-    "eta",
-    "theta",
-    "iota",
-    "kappa",
-    "lambda",
-    "mu",
-    "nu",
-    "xi",
-    "pi",
-    "rho",
-    "sigma",
-    "tau",
-    "phi",
-    "chi",
-    "psi",
-    "omega",
-    "Gamma",
-    "Delta",
-    "Theta",
-    "Lambda",
-    "Xi",
-    "Pi",
-    "Sigma",
-    "Phi",
-    "Psi",
-    "Omega",
-]
+GREEK = (
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi",
+    "pi", "rho", "sigma", "tau", "phi", "chi", "psi", "omega", "Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma",
+    "Phi", "Psi", "Omega",
+)  # fmt: skip
 
 
 def to_latex(d: Derivation) -> str:

@@ -227,7 +227,7 @@ class Chain:
         if name in self.depends:
             raise DesignError(f"the name {name} would mean two things; rename a state or a parameter")
         if self.limit is not None and len(self.definitions) > 10 * self.limit:
-            raise TooLarge(_too_large("more than"))
+            raise TooLarge(_too_large(f"more than {self.limit}"))
         self.definitions[name] = e
         self.notes[name] = tag, wording
         self.step_of[name] = self.step
@@ -550,9 +550,7 @@ def _genitive(names: str) -> str:
 
 
 def _too_large(count: str) -> str:
-    return (
-        f"the controller has {count} statements, and more than {LARGE} are not written unless it is asked to be large"
-    )
+    return f"found a controller of {count} statements, expected at most {LARGE}; --large asks for more"
 
 
 def _shortened(chain: Chain, outputs: Sequence[str]) -> dict[str, Expression]:
