@@ -13,7 +13,6 @@ from typing import NamedTuple
 import sympy as sp
 
 from conformance.theory import expressions
-from conformance.theory.design import IdentityRefuted
 from conformance.theory.experiment_file import INPUT, Experiment, form_of
 from conformance.theory.expressions import (
     ZERO,
@@ -35,18 +34,17 @@ from conformance.theory.expressions import (
     product,
     quotient,
 )
+from conformance.theory.identity import POINTS, WrongStatement, prove
 from conformance.theory.statements import (
     PLANT,
     REFERENCE,
     Names,
     Recursion,
     ordered_form,
-    prove,
     recursion_of,
 )
 
 NARROW, WIDE = 70, 110  # characters: of equations that notes stand beside, of lines
-POINTS = 3  # random rational points at which the identity is checked
 
 
 class Equation(NamedTuple):
@@ -92,7 +90,7 @@ def derivation(experiment: Experiment, large: bool = False) -> Derivation:
     try:
         prove(experiment, recursion.statements)
         holds, outcome = True, f"holds for the equations above, in exact arithmetic, at {POINTS} random rational points"
-    except IdentityRefuted as refuted:
+    except WrongStatement as refuted:
         holds, outcome = False, f"is REFUTED: {refuted}"
     steps = (Part(f"Step {i}", tuple(_step(recursion, i))) for i in range(1, recursion.n + 1))
     return Derivation(

@@ -20,11 +20,8 @@ from fractions import Fraction
 from itertools import islice, pairwise
 from typing import NamedTuple
 
-import sympy as sp
-
 from conformance.theory import expressions
-from conformance.theory.design import Design, check_identity
-from conformance.theory.experiment_file import INPUT, Experiment, Unknown, form_of
+from conformance.theory.experiment_file import INPUT, Experiment, Unknown
 from conformance.theory.expressions import (
     ONE,
     ZERO,
@@ -44,9 +41,7 @@ from conformance.theory.expressions import (
     quotient,
     substitute,
     terms_of,
-    to_sympy,
 )
-from conformance.theory.program import Program
 from conformance.theory.strict_feedback import DesignError
 
 LARGE = 120  # statements
@@ -579,52 +574,3 @@ def _needed(definitions: Mapping[str, Expression], outputs: Sequence[str]) -> se
             live.add(name)
             waiting.extend(s for s in names_in(definitions[name]) if s in definitions)
     return live
-
-
-# ------------------------------------------------------------------ the statements as a design, and their proof
-
-
-def as_design(experiment: Experiment, statements: Sequence[Statement]) -> Design:
-    """The controller's statements as a design, each a name of its program, with numbers for gains and constants.
-
-    Nothing but the statements, and the plant, enters: it is what is written that is then proven.
-    """
-    plant = form_of(experiment)
-    n = len(plant.states)
-    theta_hat = tuple(map(sp.Symbol, experiment.estimates))
-    written = {s.name for s in statements if s.section == REFERENCE}
-    r = tuple(sp.Symbol(name) if name in written else sp.S.Zero for name in reference_names(n + 1))
-    program = Program((*plant.states, *theta_hat, *(s for s in r if s != 0), *plant.parameters))
-    gains = {f"k{i}": gain for i, gain in enumerate(experiment.k, 1)}
-    if experiment.unknown:
-        gains |= Names(experiment).gammas()
-    values: dict[str, sp.Expr] = {name: sp.Rational(gain) for name, gain in gains.items()}
-
-    def worth(name: str) -> sp.Expr:
-        return values[name] if name in values else experiment.symbol(name)
-
-    for s in statements:
-        if s.section in (REGRESSOR, CONTROLLER):
-            values[s.name] = program.let(f"written_{s.name}", to_sympy(s.expression, worth))
-    z = tuple(values[f"z{i}"] for i in range(1, n + 1))
-    alpha = (*(values[f"alpha{i}"] for i in range(1, n)), values[INPUT])
-    p = len(theta_hat)
-    rates = sp.ImmutableDenseMatrix(p, 1, [values[f"{name}_dot"] for name in experiment.estimates])
-    Gamma = sp.ImmutableDenseMatrix(p, p, [sp.Rational(e) for row in experiment.Gamma for e in row])
-    k = tuple(map(sp.Rational, experiment.k))
-    V = program.let("V", lyapunov_function(z, theta_hat, plant.parameters, Gamma))
-    return Design(plant, k, Gamma, r, theta_hat, z, (), (), alpha, values[INPUT], rates, V, program)
-
-
-def lyapunov_function(
-    z: Sequence[sp.Expr], theta_hat: Sequence[sp.Symbol], theta: Sequence[sp.Symbol], Gamma: sp.Matrix
-) -> sp.Expr:
-    """V = sum z_i^2 / 2 + theta_tilde' Gamma^-1 theta_tilde / 2; (6), (7)."""
-    errors = sp.Matrix(len(theta), 1, [a - b for a, b in zip(theta_hat, theta, strict=True)])
-    spread = (errors.T * Gamma.inv() * errors)[0, 0] if theta else sp.S.Zero
-    return sp.Add(*(e**2 for e in z)) / 2 + spread / 2
-
-
-def prove(experiment: Experiment, statements: Sequence[Statement]) -> None:
-    """Check V' + sum k_i z_i^2 = 0 for the statements as written, in exact arithmetic; raises IdentityRefuted."""
-    check_identity(as_design(experiment, statements))

@@ -327,11 +327,23 @@ def _why_not_smooth(verdict: Verdict) -> str:
 
 
 def is_zero(e: sp.Expr) -> bool:
-    """Return True if an expression is identically 0, by expansion and then by simplification."""
+    """Return True if an expression is identically 0, by expansion and then by simplification.
+
+    Simplification can take minutes, so it is left to what is not seen to differ from 0 at a point.
+    """
     expanded = sp.expand(e)
     if expanded.is_Number or expanded.is_Symbol:
         return bool(expanded == 0)
-    return bool(sp.simplify(expanded) == 0)
+    return not _differs_from_0(expanded) and bool(sp.simplify(expanded) == 0)
+
+
+def _differs_from_0(e: sp.Expr) -> bool:
+    """True if an expression is far from 0 at a rational point; nothing is known where it is not."""
+    if e.atoms(AppliedUndef):
+        return False
+    names = sorted(e.free_symbols, key=str)
+    value = e.evalf(20, subs={s: sp.Rational(37 + 11 * k, 41 + 7 * k) for k, s in enumerate(names)})
+    return bool(value.is_number and value.is_finite and abs(value) > 1e-6)
 
 
 def expression(value: Any, where: str) -> sp.Expr:
