@@ -4,6 +4,7 @@
 import os
 import random
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -11,6 +12,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -23,8 +25,12 @@ from conformance.judging.verdict import judge_all, judge_file
 from conformance.programs.ports import ROOT, read_ports
 from conformance.programs.run import choose_engine, compile_command, in_place
 from conformance.programs.table import layout
+from conformance.theory.experiment_file import read_experiment
+from conformance.theory.faults import FileFault
+from conformance.theory.identity import prove
 from conformance.theory.program import explicit
 from conformance.theory.scenario import LESSON
+from conformance.theory.statements import statements_of
 from conformance.trials.campaign import Trial, draw, prepare_all, run_campaign, run_program, scratch_tree, trial
 from conformance.trials.edits import constant_edit, edited
 from conformance.trials.variant import copy_tree
@@ -219,6 +225,48 @@ def bench_fuzz(limit: float = 60.0) -> None:
     )
 
 
+def bench_plants(limit: float = 60.0) -> None:
+    """Experiment files with pieces cut, copied and put in, for a time in s: each is read, or refused at its place."""
+    choose = random.Random()
+    files = sorted((ROOT / "plants").glob("*.toml"))
+    pieces = (*"()^*/+-'\"=[],.9ut#|\0\xe9\n", "1e999", "^20", "theta", "exp(", "[[fact]]", "-x1^-1", "tan(1/x1)")
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "damaged.toml"
+        for file in files:  # which a damaged one may extend
+            shutil.copy(file, name)
+        read, refused, longest = 0, 0, 0.0
+        started = time.perf_counter()
+        while time.perf_counter() - started < limit:
+            content = bytearray(choose.choice(files).read_bytes())
+            for _ in range(choose.randint(1, 4)):
+                at, gone = choose.randrange(len(content) + 1), choose.choice((0, 0, 1, 5, 60))
+                content[at : at + gone] = choose.choice(
+                    (choose.choice(pieces).encode("latin-1"), content[at - 40 : at])
+                )
+            path.write_bytes(content)
+            before = time.process_time()
+            try:
+                read_experiment(path)
+                read += 1
+            except FileFault:
+                refused += 1
+            except Exception as error:
+                sys.exit(f"bench: {error!r} from the experiment file {bytes(content)!r}")
+            longest = max(longest, time.process_time() - before)
+    print(f"fuzz, {limit:.0f} s: {refused} experiment files refused, {read} read, each within {longest:.2f} s")
+
+
+def bench_design() -> None:
+    """From an experiment file to proven statements, for every plant of the gallery."""
+    rows: list[tuple[str, ...]] = [("plant", "read s", "statements", "derived s", "proven s")]
+    for path in sorted((ROOT / "plants").glob("*.toml")):
+        experiment, reading = timed(partial(read_experiment, path))
+        statements, deriving = timed(partial(statements_of, experiment))
+        _, proving = timed(partial(prove, experiment, statements))
+        rows.append((path.stem, f"{reading:.2f}", str(len(statements)), f"{deriving:.3f}", f"{proving:.2f}"))
+    print(layout(rows))
+
+
 def bench_campaign(count: int = 16) -> None:
     """A campaign on all cores, proofs included, against its compilers and engines alone, as many at a time."""
     cores = os.cpu_count() or 1
@@ -284,3 +332,5 @@ if __name__ == "__main__":
     bench_validate()
     bench_page()
     bench_fuzz()
+    bench_design()
+    bench_plants()

@@ -33,7 +33,10 @@ from __future__ import annotations
 import difflib
 import functools
 import re
+import signal
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -73,6 +76,7 @@ from conformance.theory.strict_feedback import (
 INPUT = "u"
 MOST_STATES, MOST_UNKNOWN, MOST_CONSTANTS, MOST_FACTS = 8, 10, 30, 100
 LONGEST_NAME, LONGEST_TEXT = 24, 500  # characters
+LONGEST_TIME = 3  # s of the processor, to classify; plants of the gallery take 0.1 s
 
 
 class Unknown(NamedTuple):
@@ -231,9 +235,37 @@ def read_experiment(path: Path) -> Experiment:
     file = read_toml(path)
     reading = _Reading([file, *_extended(file)])
     experiment = reading.experiment()
-    reading.check_plant(experiment)
-    reading.check_reference(experiment)
+    try:
+        with user_time(LONGEST_TIME):
+            reading.check_plant(experiment)
+            reading.check_reference(experiment)
+    except OutOfTime:
+        sentence = f"it takes more than {LONGEST_TIME} s to decide whether (2) and (3) hold for plant and reference"
+        file.refuse(file.span(("plant",)), sentence, "write rows and reference with fewer functions within functions")
     return experiment
+
+
+class OutOfTime(BaseException):
+    """The time that something may take is over; no Exception, so that nobody takes it for an error of his own."""
+
+
+@contextmanager
+def user_time(seconds: float) -> Iterator[None]:
+    """Raise OutOfTime in what takes more seconds of the processor; in the main thread alone, where signals arrive."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def over(*_: object) -> NoReturn:
+        raise OutOfTime
+
+    before = signal.signal(signal.SIGVTALRM, over)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds, 0.1)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
 
 
 def _extended(file: TomlFile) -> Iterator[TomlFile]:

@@ -4,6 +4,7 @@
 import os
 import random
 import time
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conformance.programs.ports import ROOT
+from conformance.theory import experiment_file
 from conformance.theory.experiment_file import camel, form_of, read_experiment, reference_of, refused_name, to_toml
 from conformance.theory.expressions import text
 from conformance.theory.faults import FileFault
@@ -81,6 +83,19 @@ def test_a_file_of_the_worst_kind_is_refused_within_a_second(tmp_path: Path) -> 
     started = time.process_time()
     message(path)
     assert time.process_time() - started < 1
+
+
+def test_a_plant_that_takes_too_long_to_classify_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def forever(plant: object) -> None:
+        while True:
+            with suppress(Exception):
+                sum(range(1000))
+
+    monkeypatch.setattr(experiment_file, "classify", forever)
+    monkeypatch.setattr(experiment_file, "LONGEST_TIME", 0.2)
+    assert "takes more than 0.2 s" in message(LESSON)
+    monkeypatch.undo()
+    read_experiment(LESSON)
 
 
 # ------------------------------------------------------------------ files that are right
