@@ -12,10 +12,11 @@ import io
 import json
 import threading
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import pairwise
 from math import inf, nextafter
 from pathlib import Path
 from typing import NamedTuple
@@ -34,7 +35,7 @@ from conformance.truth.enclosure import ProofEnded
 from conformance.truth.piecewise import Floats, Table
 from conformance.truth.taylor import Definition, coefficients, compile_program, exact, precision
 
-__all__ = ["Ball", "Enclosure", "InitialValueProblem", "ProofEnded", "enclose"]
+__all__ = ["Ball", "Enclosure", "ExactStep", "InitialValueProblem", "ProofEnded", "enclose"]
 
 ONE_AT_A_TIME = threading.Lock()
 CACHE = ROOT / "build" / "truth"
@@ -44,6 +45,18 @@ SOURCES = tuple(
         "truth/taylor", "theory/program", "truth/enclosure", "truth/dense", "truth/piecewise", "truth/truth",
     )
 )  # fmt: skip
+
+
+class ExactStep(NamedTuple):
+    """|x_i(start + s) - sum_k polynomials[i][k] s^k| <= radii[i] for 0 <= s <= end - start, times in s; all exact.
+
+    Steps join: one starts where the last ended. Their polynomials do not: each is about its own midpoint.
+    """
+
+    start: Fraction
+    end: Fraction
+    polynomials: tuple[tuple[Fraction, ...], ...]
+    radii: tuple[Fraction, ...]
 
 
 class Ball(NamedTuple):
@@ -134,6 +147,18 @@ class Enclosure:
         return float(self.table.edges[-1])
 
     @property
+    def edges(self) -> Floats:
+        """Where the steps start, and where the last one ends (s): doubles, taken exactly."""
+        return np.append(self.starts, self.end)
+
+    def steps(self) -> Iterator[ExactStep]:
+        """What was proven, step by step, in exact numbers: all else follows from it."""
+        for j, (start, end) in enumerate(pairwise(self.edges.tolist())):
+            polynomials = tuple(tuple(_numbers(text)) for text in self.polynomials[j])
+            radii = tuple(map(Fraction, self.radius[j].tolist()))
+            yield ExactStep(Fraction(start), Fraction(end), polynomials, radii)
+
+    @property
     def bound(self) -> Floats:
         """Per row: a bound of |evaluate - solution| over all times, absolute."""
         return self.table.bound
@@ -177,6 +202,12 @@ def _horner(text: str, s: arb) -> arb:
     for mantissa, exponent in zip(words[-2::-2], words[::-2], strict=True):
         total = total * s + arb((int(mantissa, 16), int(exponent)))
     return total
+
+
+def _numbers(text: str) -> Iterator[Fraction]:
+    words = text.split()
+    for mantissa, exponent in zip(words[::2], words[1::2], strict=True):
+        yield int(mantissa, 16) * Fraction(2) ** int(exponent)
 
 
 def _text(polynomial: Sequence[arb]) -> str:

@@ -6,12 +6,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy as sp
-from flint import arb
+from flint import arb, fmpq
 
 from conformance.tests.truth.problems import CLOSED, R, lesson
 from conformance.truth import truth
@@ -126,6 +127,17 @@ def test_times_outside_of_the_horizon_are_refused(experiment: Enclosure, time: f
         experiment.evaluate([1.0, time])
     with pytest.raises(ValueError):
         experiment.at(time)
+
+
+def test_steps_are_exact_join_and_are_what_is_evaluated(experiment: Enclosure) -> None:
+    steps = list(experiment.steps())
+    assert steps[0].start == 0 and steps[-1].end == 20
+    assert all(before.end == after.start for before, after in pairwise(steps))
+    for step in steps[::7]:
+        s = (step.end - step.start) / 3
+        for ball, p, radius in zip(experiment.at(step.start + s), step.polynomials, step.radii, strict=True):
+            value = sum(c * s**k for k, c in enumerate(p))
+            assert abs(ball - arb(fmpq(value.numerator, value.denominator))) < 1.001 * arb(float(radius))
 
 
 def test_horizon_that_is_no_double_is_reached_by_the_double_above_it() -> None:
