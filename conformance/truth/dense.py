@@ -89,6 +89,15 @@ def fitting_parts(sizes: Floats, scale: Floats) -> int:
     return PARTS[-1]
 
 
+def needed_order(sizes: Floats, scale: Floats) -> tuple[int, Floats]:
+    """How many terms matter to a double, in eights, and by row a bound of the sum of the others."""
+    rest = np.zeros((sizes.shape[0], sizes.shape[1] + 1))
+    rest[:, :-1] = np.cumsum(sizes[:, ::-1], axis=1)[:, ::-1] * SLACK
+    matter = int(np.argmax(np.all(rest <= UNIT / 1000 * scale[:, None], axis=0)))
+    order = min(sizes.shape[1], 8 * max(2, math.ceil(matter / 8)))
+    return order, rest[:, order]
+
+
 class Pieces(NamedTuple):
     """The pieces of a step in doubles, each within its half width of its centre, and the same in units of the step."""
 
@@ -126,10 +135,12 @@ def tabulate(steps: Sequence[Step], bits: int) -> Table:
     for step in steps:
         scaled = [[c * arb(step.width) ** k for k, c in enumerate(p)] for p in step.polynomial]
         sizes = np.array([[abs(float(c)) for c in row] for row in scaled])
+        order, beyond = needed_order(sizes, scale)
+        scaled, sizes = [row[:order] for row in scaled], sizes[:, :order]
         left, centre, half, cut = pieces(step, fitting_parts(sizes, scale))
         doubles, rounding = _polynomials(scaled, cut, bits)
         polynomials.append(doubles)
-        bounds.append((error(doubles, sizes, cut) + rounding).max(axis=1) + np.array(step.radius))
+        bounds.append((error(doubles, sizes, cut) + rounding).max(axis=1) + beyond + np.array(step.radius))
         lefts += left
         centres += centre
         halves += half

@@ -3,33 +3,43 @@
 
 One step of width h, from t_j, for all starts x(t_j) in the set X = m + A R (a point, a matrix, a box around 0):
 
-    a priori   balls B hold every solution of z' = F(t, z) from Z on all of [t_j, t_j + h] if the Picard-Lindeloef
-               operator, taken to order q by Taylor's theorem, maps B into its own interior:
-               sum_{k<q} z_k(Z) [0, h]^k + z_q(B) [0, h]^q inside B   (q = 1: Z + [0, h] F([t_j, t_j + h], B));
-               here z is x together with Y = dx / dx(t_j), Y(t_j) = I
-    point      x(t_j + s; m) in sum_{k<K} x_k(m) s^k + x_K(B) s^K     (Taylor, with Lagrange's remainder)
+    point      x(t_j + s; m) in sum_{k<K} x_k(m) s^k + [-r, r]        (r by `tails`, which proves that x is analytic)
     spread     x(t_j + s; X) in x(t_j + s; m) + Y(s) (X - m)          (mean value theorem)
+    Y(s)       in sum_{k<q} Y_k(X) s^k + [-r, r]                      (of the variational equation from all of X, too)
 
 The set at the end is written as m + A R again, A being the orthogonal factor of a QR decomposition: this keeps
-the wrapping effect small. Sources: Moore 1966; Lohner 1987; Nedialkov, Jackson & Corliss 1999, sections 4 to 6;
-Johansson 2017 for the arithmetic.
+the wrapping effect small. Every step has its own tolerance, order K and precision: what it adds to the set is small
+against the target and against the set that it starts from. Sources: Moore 1966; Lohner 1987; Nedialkov, Jackson &
+Corliss 1999; Johansson 2017 for the arithmetic.
 """
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from fractions import Fraction
 
 import numpy as np
 from flint import arb, arb_mat
 
-from conformance.truth.taylor import Coefficients, Program, coefficients, precision, variational
+from conformance.truth.tails import NoEnclosure, Norms, Tails
+from conformance.truth.taylor import Coefficients, Program, coefficients, precision, variational, with_rates
 
 SHORTEST = 2.0**-40  # of the horizon: the proof ends where it would need a shorter step
-MARGINS = (2.0**-10, 2.0**-20, 2.0**-40, 2.0**-100)  # of the boxes tried as an a priori enclosure, one by one
-SHARP = 2.0**-7  # largest remainder allowed in Y, which is of the order of 1: it widens R by this factor per step
-GUARD_BITS = (16, 48, 112, 240, 496)  # log2(target / remainder allowed per step), one attempt after the other
+SHARP = 2.0**-14  # largest share of the spread that a step may add to it
+GUARD_BITS = (20, 60, 180, 540, 800)  # log2(target / tolerance of a step), one attempt after the other
+LEAST = 1e-270  # tolerance: doubles hold bounds of remainders
+ORDER_PER_BIT = 0.55  # K, of the solution from the midpoint
+LOW_ORDER = 16  # q, of the variational equation
+SIZE = 40  # log2(size that states are taken to have / target), at least
+BITS = 30  # of the arithmetic, more than the tolerance needs
+TRIES = 12  # of widths, per step
+BUDGET = 120.0  # s of CPU time
+OFTEN = 0.25  # s between two reports of progress
+
+Progress = Callable[[float], None]
 
 
 class ProofEnded(ArithmeticError):
@@ -45,19 +55,26 @@ class TooWide(ProofEnded):
     """The enclosure could be continued, but its radius exceeds the target."""
 
 
-class NoEnclosure(ArithmeticError):
-    """No a priori enclosure was found for a step of this width."""
+@dataclass
+class Budget:
+    """CPU time of this thread that a proof may take (s), and whom to tell how far it is, now and then."""
 
+    seconds: float = BUDGET
+    progress: Progress | None = None
+    started: float = field(default_factory=time.thread_time)
+    told: float = field(default_factory=time.monotonic)
 
-@dataclass(frozen=True)
-class Settings:
-    """Orders, tolerances and precision of one attempt; radii are absolute, in the units of the states."""
-
-    target: float  # radius to hold at every time
-    tolerance: float  # Lagrange remainder allowed per step
-    order: int  # K, of the solution from the midpoint
-    low_order: int  # q, of the variational equation and of the tightened box
-    bits: int  # working precision
+    def spend(self, reached: float, end: float) -> None:
+        """Raises ProofEnded where the time is up."""
+        if self.progress and time.monotonic() - self.told > OFTEN:
+            self.told = time.monotonic()
+            self.progress(reached)
+        spent = time.thread_time() - self.started
+        if spent > self.seconds:
+            needed = f"about {spent * end / reached:.1e} s at this rate" if reached > 0 else "more than that for a step"
+            raise ProofEnded(
+                reached, f"its {self.seconds:g} s of CPU time are spent; to reach t = {end:g} takes {needed}"
+            )
 
 
 @dataclass(frozen=True)
@@ -68,6 +85,7 @@ class Step:
     width: float
     polynomial: tuple[tuple[arb, ...], ...]
     radius: tuple[float, ...]
+    bits: int  # precision that they were found with
 
 
 @dataclass(frozen=True)
@@ -96,69 +114,27 @@ def upper(ball: arb) -> float:
     return math.nextafter(float(ball.abs_upper()), math.inf)
 
 
-# --- A priori enclosure --------------------------------------------------------------------------
-
-
-def up_to(h: float) -> arb:
-    """A ball that contains [0, h]."""
-    return arb(h / 2, h / 2)
-
-
-def remainder(over_box: Coefficients, s: arb, order: int) -> arb:
-    """Lagrange's remainder x_order(box) s^order."""
-    return over_box[order] * s**order
-
-
-def expansion(points: Coefficients, over_box: Coefficients, s: arb, order: int) -> arb:
-    """sum_{k<order} points[k] s^k + remainder, for all s in the ball."""
-    total = arb(0)
-    for c in reversed(points[:order]):
-        total = total * s + c
-    return total + remainder(over_box, s, order)
-
-
-def candidate(image: arb, last: arb, margin: float) -> arb:
-    """A ball to try: the image, wider by a share of itself, by its last term, and by a margin, so never a point."""
-    return image + arb(0, image.rad() / 8 + last.abs_upper() + (image.abs_upper() + 1) * margin)
-
-
-def is_inside(inner: Sequence[arb], outer: Sequence[arb]) -> bool:
-    """The fixed-point test: each inner ball is in the interior of its outer ball."""
-    return all(b.contains_interior(a) for a, b in zip(inner, outer, strict=True))
-
-
-def a_priori(
-    program: Program, t: arb, low: list[Coefficients], order: int, h: float
-) -> tuple[list[arb], list[Coefficients]]:
-    """Balls that hold every solution on all of [t, t + h], and Taylor coefficients over balls that hold these.
-
-    low: the coefficients at the start, to the order given. Raises NoEnclosure where no candidate passes the test.
-    """
-    s = up_to(h)
-    image, last = low_image(program, low, low, s, order)
-    why = ""
-    for margin in MARGINS:
-        box = [candidate(x, r, margin) for x, r in zip(image, last, strict=True)]
-        over_box = coefficients(program, t + s, box, order)
-        if all(c.is_finite() for z in program.states for c in over_box[z]):
-            image, last = low_image(program, low, over_box, s, order)
-            if is_inside(image, box):
-                return image, over_box
-            why = "no a priori enclosure passes the fixed-point test, so the solution may not exist further on"
-        else:
-            why = program.trouble(over_box)
-    raise NoEnclosure(why)
-
-
-def low_image(
-    program: Program, low: list[Coefficients], over_box: list[Coefficients], s: arb, order: int
-) -> tuple[list[arb], list[arb]]:
-    """Per state: its expansion to this order over the times s, and the remainder in it."""
-    image = [expansion(low[z], over_box[z], s, order) for z in program.states]
-    return image, [remainder(over_box[z], s, order) for z in program.states]
+def largest(balls: Sequence[arb]) -> float:
+    """About the largest absolute value."""
+    return max(float(x.abs_upper()) for x in balls)
 
 
 # --- One step ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a step has to keep: a bound of what it adds (in the units of the states), and how it is computed."""
+
+    tolerance: float
+    order: int  # K
+    bits: int
+
+
+def settings_for(tolerance: float, size: float) -> Settings:
+    """Order and precision for this tolerance and states of this size."""
+    digits = max(0.0, math.log2(size) - math.log2(tolerance))
+    return Settings(tolerance, max(12, round(ORDER_PER_BIT * digits)), round(digits) + BITS)
 
 
 @dataclass(frozen=True)
@@ -167,9 +143,12 @@ class Expanded:
 
     time: float
     start: StartSet
-    extended: list[arb]  # hull of the set, then Y = I
-    low: list[Coefficients]  # of x and Y over that hull, order q
-    point: list[Coefficients]  # of x from the midpoint, order K
+    settings: Settings
+    spread: list[arb]  # |x - m| over the set
+    point: list[Coefficients]  # of the nodes from the midpoint, order K
+    low: list[Coefficients]  # of x and Y, from the hull of the set and Y = I, order q
+    point_norms: Norms
+    low_norms: Norms
 
 
 @dataclass(frozen=True)
@@ -177,113 +156,145 @@ class Flow:
     """What holds for all solutions from the set, over one step."""
 
     width: float
-    tight: list[arb]  # x and Y on the whole step
-    end: list[arb]  # x and Y at its end
-    over_box: list[Coefficients]  # Taylor coefficients of x over `tight`, order K
+    tail: list[float]  # of x from the midpoint, behind K terms
+    bound: arb_mat  # |Y| on the whole step
+    end: arb_mat  # Y at its end
     fitting: float  # the factor by which the width would just meet the tolerances
 
 
-def factor(limit: float, terms: Sequence[arb], order: int) -> float:
-    """The factor by which s may grow until the largest of the terms c s^order meets the limit, 1000 at most."""
-    sizes = [term.abs_upper() for term in terms if not term.is_zero()]
-    return min([1000.0] + [float((arb(limit) / size) ** (arb(1) / order)) for size in sizes])
+def total(terms: Sequence[arb], s: arb) -> arb:
+    """sum_k terms[k] s^k."""
+    value = arb(0)
+    for c in reversed(terms):
+        value = value * s + c
+    return value
+
+
+def around_zero(radius: float) -> arb:
+    """The ball of this radius."""
+    return arb(0, radius)
 
 
 class Stepper:
-    """The validated Taylor method for one program, with one choice of settings."""
+    """The validated Taylor method for one program."""
 
-    def __init__(self, program: Program, settings: Settings) -> None:
-        self.program = program
-        self.extended = variational(program)
-        self.settings = settings
+    def __init__(self, program: Program) -> None:
+        self.program = with_rates(program)
+        self.extended = variational(self.program)
+        self.tails, self.extended_tails = Tails(self.program), Tails(self.extended)
+        self.n = len(program.states)
 
-    def expand(self, time: float, start: StartSet) -> Expanded:
-        """Expands at the set; raises ProofEnded where the right-hand side is not defined on it."""
-        n = len(start.middle)
-        extended = start.hull() + [arb(i == j) for i in range(n) for j in range(n)]
-        low = coefficients(self.extended, arb(time), extended, self.settings.low_order)
-        point = coefficients(self.program, arb(time), start.middle, self.settings.order)
-        for program, values in ((self.extended, low), (self.program, point)):
+    def expand(self, time: float, start: StartSet, settings: Settings, limit: float) -> Expanded:
+        """Expands at the set, for steps up to the limit (s).
+
+        Raises ProofEnded where the right-hand side is not defined on the set.
+        """
+        hull = start.hull()
+        identity = [arb(i == j) for i in range(self.n) for j in range(self.n)]
+        order = settings.order
+        point = coefficients(self.program, arb(time), start.middle, order - 1)
+        low = coefficients(self.extended, arb(time), hull + identity, LOW_ORDER - 1)
+        for program, values in ((self.program, point), (self.extended, low)):
             if not all(c.is_finite() for x in program.states for c in values[x]):
                 raise ProofEnded(time, program.trouble(values))
-        return Expanded(time, start, extended, low, point)
+        unit = self.width(point, settings, limit)
+        norms = self.tails.norms(point, order, unit), self.extended_tails.norms(low, LOW_ORDER, unit)
+        spread = [(x - m).abs_upper() for x, m in zip(hull, start.middle, strict=True)]
+        return Expanded(time, start, settings, spread, point, low, *norms)
+
+    def width(self, point: list[Coefficients], settings: Settings, limit: float) -> float:
+        """About the width (s) at which the last coefficients at the midpoint meet the tolerance: where tries begin."""
+        widths = [limit]
+        for k in (settings.order - 1, settings.order - 2):
+            sizes = [abs(point[x][k]).upper() for x in self.program.states]
+            widths += [float((arb(settings.tolerance) / c) ** (arb(1) / k)) for c in sizes if not c.is_zero()]
+        return min(widths)
 
     def flow(self, at: Expanded, h: float) -> Flow:
         """Encloses all solutions over a step of width h; raises NoEnclosure where h is too wide for that."""
-        q, order = self.settings.low_order, self.settings.order
-        time = arb(at.time)
-        tight, over_box = a_priori(self.extended, time, at.low, q, h)
-        end = [expansion(at.low[z], over_box[z], arb(h), q) for z in self.extended.states]
-        over_tight = coefficients(self.program, time + up_to(h), tight[: len(self.program.states)], order)
-        if not all(c.is_finite() for x in self.program.states for c in over_tight[x]):
-            raise NoEnclosure(self.program.trouble(over_tight))
-        entries = self.extended.states[len(self.program.states) :]
-        remainders = [remainder(over_tight[x], arb(h), order) for x in self.program.states]
-        fitting = min(
-            factor(self.settings.tolerance, remainders, order),
-            factor(SHARP, [remainder(over_box[y], arb(h), q) for y in entries], q),
-        )
-        return Flow(h, tight, end, over_tight, fitting)
+        n = self.n
+        tail, _ = self.tails.radii(at.point_norms, h)
+        low_tail, norms = self.extended_tails.radii(at.low_norms, h)
+        rests = dict(zip(self.extended.rates, low_tail, strict=True))
+        entries = self.extended.states[n:]
+        bounds, end = [], []
+        for y in entries:
+            rest = around_zero(rests[y])
+            bounds.append(arb(float(norms[self.extended_tails.row[y]])) + rest.abs_upper())
+            end.append(total(at.low[y][:LOW_ORDER], arb(h)) + rest)
+        added = max(tail[:n])
+        fitting = (at.settings.tolerance / added) ** (1 / at.settings.order) if added > 0 else 2.0
+        widened = self.widened(at, [rests[y] for y in entries], end)
+        if widened > 0:
+            fitting = min(fitting, (SHARP / widened) ** (1 / LOW_ORDER))
+        return Flow(h, tail[:n], arb_mat(n, n, bounds), arb_mat(n, n, end), fitting)
 
-    def first_width(self, at: Expanded) -> float:
-        """The width (s) at which the coefficient of order K at the midpoint would meet the tolerance."""
-        order = self.settings.order
-        return factor(self.settings.tolerance, [at.point[s][order] for s in self.program.states], order)
+    def widened(self, at: Expanded, rests: list[float], end: list[arb]) -> float:
+        """The share by which the tail of Y widens the set, at most over the states; 0 for a point."""
+        spread = np.array([float(r) for r in at.spread])
+        if not spread.max() > 0:
+            return 0.0
+        spread = spread / spread.max()
+        moved = np.abs(np.array([float(y.mid()) for y in end])).reshape(self.n, self.n) @ spread
+        rest: float = (np.array(rests).reshape(self.n, self.n) @ spread).max()
+        return rest / float(moved.max()) if moved.max() > 0 else 1.0
 
-    def step(self, at: Expanded, h: float, shortest: float) -> tuple[Flow, float]:
-        """The flow over the widest step up to h that meets the tolerance, and a width for the next step.
+    def step(self, at: Expanded, limit: float, shortest: float) -> Flow:
+        """The flow over the widest step found that meets the tolerances, up to the limit (s).
 
         Raises ProofEnded where that would be shorter than `shortest`.
         """
-        while h >= shortest:
+        h, best, why = at.point_norms.unit, None, "its remainder exceeds the tolerance"
+        for _ in range(TRIES):
+            h = h if h == limit else round_down(h, shortest)
+            if h < min(shortest, limit):
+                break
             try:
                 flow = self.flow(at, h)
-            except NoEnclosure:
-                h = round_down(h / 2, shortest)
+            except NoEnclosure as reason:
+                if best:
+                    break
+                h, why = h * 0.6, str(reason)
                 continue
             if flow.fitting >= 1:
-                return flow, h * min(0.95 * flow.fitting, 1.5)
-            h = round_down(h * max(0.95 * flow.fitting, 0.25), shortest)
-        raise ProofEnded(at.time, self.obstacle(at, shortest))
-
-    def obstacle(self, at: Expanded, h: float) -> str:
-        """What is in the way of a step of width h."""
-        try:
-            self.flow(at, h)
-        except NoEnclosure as reason:
-            return str(reason)
-        return "the remainder exceeds its tolerance over the shortest step allowed"
+                best = flow
+                if flow.fitting < 1.15 or h == limit:
+                    break
+                h = min(limit, h * min(0.97 * flow.fitting, 2.0))
+            elif best:
+                break
+            else:
+                h *= min(0.97, max(0.97 * flow.fitting, 0.25))
+        if best is None:
+            raise ProofEnded(at.time, f"a step of {max(h, shortest):.1e} s is too wide: {why}")
+        return best
 
     def dense(self, at: Expanded, flow: Flow) -> Step:
         """The polynomials of the states from the midpoint, and radii that hold on the whole step."""
-        order, h = self.settings.order, arb(flow.width)
-        spread = [(x - m).abs_upper() for x, m in zip(at.extended, at.start.middle, strict=False)]
+        h = arb(flow.width)
         polynomials, radii = [], []
-        for x, Y in zip(self.program.states, self.jacobian(flow.tight).tolist(), strict=True):
-            points = at.point[x][:order]
-            radius = remainder(flow.over_box[x], h, order).abs_upper()
-            radius += sum((c.rad() * h**k for k, c in enumerate(points)), arb(0))
-            radius += sum((y.abs_upper() * r for y, r in zip(Y, spread, strict=True)), arb(0))
+        for x, row, tail in zip(self.program.states, flow.bound.tolist(), flow.tail, strict=True):
+            points = at.point[x][: at.settings.order]
+            radius = arb(tail) + total([c.rad() for c in points], h)
+            radius += sum((y * r for y, r in zip(row, at.spread, strict=True)), arb(0))
             polynomials.append(tuple(c.mid() for c in points))
             radii.append(upper(radius))
-        return Step(at.time, flow.width, tuple(polynomials), tuple(radii))
+        return Step(at.time, flow.width, tuple(polynomials), tuple(radii), at.settings.bits)
 
     def end_set(self, at: Expanded, flow: Flow) -> StartSet:
         """The set at the end of the step, by the mean value theorem about the midpoint, in QR form."""
-        n, order = len(self.program.states), self.settings.order
-        ends = [expansion(at.point[s], flow.over_box[s], arb(flow.width), order) for s in self.program.states]
+        n, h = self.n, arb(flow.width)
+        ends = [
+            total(at.point[x][: at.settings.order], h) + around_zero(tail)
+            for x, tail in zip(self.program.states, flow.tail, strict=True)
+        ]
         middle = [e.mid() for e in ends]
         local = arb_mat(n, 1, [e - m for e, m in zip(ends, middle, strict=True)])
-        spread = self.jacobian(flow.end) * at.start.basis
+        spread = flow.end * at.start.basis
         basis = orthogonal_factor(spread, at.start.box)
         inverse = basis.inv()
         box = (inverse * spread) * at.start.box + inverse * local
         return StartSet(middle, basis, arb_mat(n, 1, [arb(0, r.abs_upper()) for r in box.entries()]))
-
-    def jacobian(self, extended: Sequence[arb]) -> arb_mat:
-        """Y as a matrix, from x and Y."""
-        n = len(self.program.states)
-        return arb_mat(n, n, extended[n:])
 
 
 def orthogonal_factor(spread: arb_mat, box: arb_mat) -> arb_mat:
@@ -306,50 +317,55 @@ def round_down(h: float, shortest: float) -> float:
 # --- All steps -----------------------------------------------------------------------------------
 
 
-def steps(program: Program, start: Sequence[arb], end: float, settings: Settings) -> Iterator[Step]:
+def steps(
+    program: Program, start: Callable[[], Sequence[arb]], end: float, target: float, guard: int
+) -> Iterator[Step]:
     """The steps from 0 to the end (s), each with the target radius.
 
     Raises ProofEnded where the proof cannot be continued, TooWide where the radius exceeds the target.
     """
-    stepper = Stepper(program, settings)
+    stepper = Stepper(program)
     shortest = end * SHORTEST
-    time, current, h = 0.0, box_set(start), math.inf
-    while time < end:
-        at = stepper.expand(time, current)
-        h = min(h, stepper.first_width(at))
-        if h < end - time:
-            h = round_down(h, shortest)
-        flow, following = stepper.step(at, min(h, end - time), shortest)
-        step = stepper.dense(at, flow)
-        if max(step.radius) > settings.target:
-            raise TooWide(time, f"its radius there is {max(step.radius):.1e}, above {settings.target:.1e}")
+    reached, current = 0.0, None
+    size = max(target * 2.0**SIZE, largest(start()))
+    while reached < end:
+        tolerance = target * 2.0**-guard
+        if current:
+            tolerance = max(tolerance, SHARP * max(float(r.rad()) for r in current.box.entries()))
+            size = max(size, largest(current.middle))
+        settings = settings_for(tolerance, size)
+        with precision(settings.bits):
+            current = current or box_set(start())
+            at = stepper.expand(reached, current, settings, end - reached)
+            flow = stepper.step(at, end - reached, shortest)
+            step = stepper.dense(at, flow)
+            if max(step.radius) > target:
+                raise TooWide(reached, f"its radius there is {max(step.radius):.1e}, above {target:.1e}")
+            current = stepper.end_set(at, flow)
         yield step
-        current = stepper.end_set(at, flow)
-        time, h = time + flow.width, following
-
-
-def settings_for(target: float, guard_bits: int) -> Settings:
-    """Orders and precision for remainders of target / 2^guard_bits."""
-    tolerance = target * 2.0**-guard_bits
-    digits = -math.log2(tolerance)
-    return Settings(target, tolerance, order=max(12, round(0.42 * digits)), low_order=6, bits=round(digits) + 40)
+        assert Fraction(reached) + Fraction(flow.width) == Fraction(reached + flow.width)
+        reached += flow.width
 
 
 def prove(
-    program: Program, start: Callable[[], Sequence[arb]], end: float, target: float
-) -> tuple[Settings, list[Step]]:
-    """All steps, and the settings that reached the target: remainders and bits shrink and grow until it holds.
+    program: Program, start: Callable[[], Sequence[arb]], end: float, target: float, budget: Budget | None = None
+) -> list[Step]:
+    """All steps: their remainders shrink from attempt to attempt until the target holds.
 
-    start: gives the balls at the precision of the attempt. end: s. target: absolute radius, for all states.
-    Raises ProofEnded: see `steps`.
+    start: gives the balls at the current precision. end: s. target: absolute radius, for all states.
+    Raises ProofEnded: see `steps`, `Budget`.
     """
-    ended: ProofEnded | None = None
-    for guard_bits in GUARD_BITS:
-        settings = settings_for(target, guard_bits)
+    budget = budget or Budget()
+    guards = [guard for guard in GUARD_BITS if target * 2.0**-guard > LEAST]
+    for guard in guards:
+        done: list[Step] = []
         try:
-            with precision(settings.bits):
-                return settings, list(steps(program, start(), end, settings))
+            for step in steps(program, start, end, target, guard):
+                done.append(step)
+                budget.spend(step.start + step.width, end)
+            return done
         except TooWide as wide:
             ended = wide
-    assert ended is not None
-    raise ended
+    raise ProofEnded(
+        ended.reached, f"{ended.why}; the start, or errors of 2^-{guards[-1]} of that, grow so far by there"
+    )

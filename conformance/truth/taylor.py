@@ -17,7 +17,7 @@ All numbers are balls (Johansson 2017): each result contains the exact result fo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import reduce
@@ -111,19 +111,22 @@ class Program:
     factor: dict[int, int] = field(default_factory=dict)  # node of F(u) -> node of F'(u)
     states: list[int] = field(default_factory=list)
     rhs: list[int] = field(default_factory=list)
+    rates: dict[int, int] = field(default_factory=dict)  # node of a state or function -> node of its derivative
     run: Callable[..., list[Coefficients]] | None = None  # the compiled form
     balls: dict[int, dict[int, arb]] = field(default_factory=dict)  # constants, by precision
 
     def listed(self) -> set[int]:
         """The nodes that keep all their coefficients: states, right-hand sides, and what a convolution reads."""
-        found = {*self.states, *self.rhs, *self.factor.values()}
+        found = {*self.states, *self.rhs, *self.factor.values(), *self.rates, *self.rates.values()}
         for i, node in enumerate(self.nodes):
             if node.kind in ("div", "function"):
                 found.add(i)
             if node.kind == "slope":
                 found.add(i)
-            elif node.kind == "div" or (node.kind == "mul" and self.degree[node.args[0]] > 0):
-                found.update(node.args)
+            elif node.kind in ("div", "mul"):
+                found.update(
+                    a for a in node.args if node.kind == "div" or self.degree[node.args[0]] > 0 or a == node.args[0]
+                )
         return found
 
     def constants(self, bits: int) -> dict[int, arb]:
@@ -227,6 +230,37 @@ def compile_program(
     return program
 
 
+def with_rates(program: Program) -> Program:
+    """The same program with the derivatives of its functions along solutions, as `tails` needs them, as nodes."""
+    program = _copy(program)
+    program.rates = dict(zip(program.states, program.rhs, strict=True))
+    along: dict[int, int | None] = {**program.rates, program.time(): program.one()}
+    for i in range(len(program.nodes)):
+        if program.nodes[i].kind == "function" and program.degree[i] > 0:
+            _along(program, i, along)
+    for i, rate in along.items():
+        if program.nodes[i].kind == "function" and rate is not None:
+            program.rates[i] = rate
+    return program
+
+
+def _along(program: Program, i: int, along: dict[int, int | None]) -> int | None:
+    """The node of the derivative of node i along solutions, appended where it is not there; None for 0."""
+    if i not in along:
+        for a in program.nodes[i].args:
+            if program.nodes[a].kind != "slope":
+                _along(program, a, along)
+        along[i] = _tangent(program, i, along) if program.degree[i] > 0 else None
+    return along[i]
+
+
+def _copy(base: Program) -> Program:
+    return Program(
+        list(base.nodes), dict(base.index), list(base.degree), dict(base.function), dict(base.factor),
+        list(base.states), list(base.rhs), dict(base.rates),
+    )  # fmt: skip
+
+
 def _node(program: Program, known: dict[sp.Expr, int], e: sp.Expr) -> int:
     if e not in known:
         known[e] = _new_node(program, known, e)
@@ -276,10 +310,7 @@ def _power_node(program: Program, sub: Callable[[sp.Expr], int], e: sp.Pow) -> i
 
 def variational(base: Program) -> Program:
     """The program extended by Y' = (df/dx) Y: the states are x, then the entries of Y, row by row."""
-    program = Program(
-        list(base.nodes), dict(base.index), list(base.degree), dict(base.function), dict(base.factor),
-        list(base.states), list(base.rhs),
-    )  # fmt: skip
+    program = _copy(base)
     columns = [_derivatives(program, base, state) for state in base.states]
     Y = [[program.state() for _ in base.states] for _ in base.states]
     for f in base.rhs:
@@ -287,20 +318,33 @@ def variational(base: Program) -> Program:
         for j in range(len(base.states)):
             terms = [program.mul(d, Y[k][j]) for k, d in enumerate(gradient) if d is not None]
             program.rhs.append(reduce(program.add, terms) if terms else program.constant(sp.S.Zero))
+    program.rates |= zip(program.states, program.rhs, strict=True)
     return program
 
 
 def _derivatives(program: Program, base: Program, x: int) -> dict[int, int]:
-    """Appends the derivatives by a state, and maps each node to its own, zeros left out."""
+    """Appends the derivatives by a state of what the right-hand sides use, each by its node; zeros are left out."""
     tangent = {x: program.one()}
-    for i in range(len(base.nodes)):
+    for i in sorted(_used(base)):
         derivative = _tangent(program, i, tangent)
         if derivative is not None:
             tangent[i] = derivative
     return tangent
 
 
-def _tangent(program: Program, i: int, tangent: dict[int, int]) -> int | None:
+def _used(program: Program) -> set[int]:
+    """The nodes that the right-hand sides are made of."""
+    found: set[int] = set()
+    waiting = list(program.rhs)
+    while waiting:
+        i = waiting.pop()
+        if i not in found:
+            found.add(i)
+            waiting.extend(program.nodes[i].args)
+    return found
+
+
+def _tangent(program: Program, i: int, tangent: Mapping[int, int | None]) -> int | None:
     """The derivative of node i from those of its arguments: the sum, product, quotient and chain rules."""
     node = program.nodes[i]
     parts = [tangent.get(a) for a in node.args]

@@ -31,18 +31,20 @@ from conformance.programs.ports import ROOT
 from conformance.truth import cache as kept
 from conformance.truth import enclosure
 from conformance.truth.dense import tabulate
-from conformance.truth.enclosure import ProofEnded
+from conformance.truth.enclosure import BUDGET, Budget, Progress, ProofEnded
 from conformance.truth.piecewise import Floats, Table
 from conformance.truth.taylor import Definition, coefficients, compile_program, exact, precision
 
 __all__ = ["Ball", "Enclosure", "ExactStep", "InitialValueProblem", "ProofEnded", "enclose"]
 
+SMALLEST, LARGEST = 1e-100, 1e100  # of targets and numbers: bounds are doubles
 ONE_AT_A_TIME = threading.Lock()
 CACHE = ROOT / "build" / "truth"
 SOURCES = tuple(
     ROOT / "conformance" / f"{name}.py"
     for name in (
-        "truth/taylor", "theory/program", "truth/enclosure", "truth/dense", "truth/piecewise", "truth/truth",
+        "theory/program", "truth/taylor", "truth/tails", "truth/enclosure", "truth/dense", "truth/piecewise",
+        "truth/truth",
     )
 )  # fmt: skip
 
@@ -84,12 +86,17 @@ class InitialValueProblem:
     def __post_init__(self) -> None:
         if not self.states or not len(self.states) == len(self.rhs) == len(self.start):
             raise ValueError("give one right-hand side and one start value per state, and at least one state")
-        if len(set(self.names)) != len(self.names):
-            raise ValueError(f"names of states must differ: {self.names}")
+        names = [s.name for s in (self.time, *self.states, *(name for name, _ in self.definitions))]
+        repeated = [name for i, name in enumerate(names) if name in names[:i]]
+        if repeated:
+            raise ValueError(f"time, states and definitions need names of their own: {repeated[0]} stands for two")
         if not all(isinstance(sp.sympify(v), sp.Rational) for v in (*self._start_numbers(), self.horizon)):
             raise ValueError("start values and horizon must be exact rationals, such as 6/5 for 1.2")
-        if not self.horizon > 0:
-            raise ValueError(f"the horizon must be positive, not {self.horizon}")
+        if not SMALLEST <= self.horizon <= LARGEST:
+            raise ValueError(f"the horizon must lie between {SMALLEST:g} and {LARGEST:g} s, not {self.horizon}")
+        for number in self._start_numbers():
+            if abs(number) > LARGEST:
+                raise ValueError(f"a start value must not exceed {LARGEST:g}, and one is {sp.N(number, 3)}")
 
     def _start_numbers(self) -> list[sp.Rational]:
         return [part for v in self.start for part in (v if isinstance(v, Ball) else (v,))]
@@ -230,36 +237,46 @@ def ball_function(
 # --- Enclose, with a cache -----------------------------------------------------------------------
 
 
-def enclose(problem: InitialValueProblem, target: float = 1e-18, cache: Path | None = CACHE) -> Enclosure:
+def enclose(
+    problem: InitialValueProblem,
+    target: float = 1e-18,
+    cache: Path | None = CACHE,
+    budget: float = BUDGET,
+    progress: Progress | None = None,
+) -> Enclosure:
     """The proven enclosure of the problem, with a radius of at most `target` for every row at every time.
 
     target: absolute, in the units of the rows. cache: a directory, or None for no cache; a file there is used only
-    if its key and its checksum fit. Raises ProofEnded where the proof cannot be continued to the horizon, with the
-    time reached; ValueError for a right-hand side without a Taylor rule.
+    if its key and its checksum fit. budget: CPU time (s). progress: told the time reached (s), four times a second at
+    most; it falls back where an attempt begins anew. Raises ProofEnded where the proof cannot be continued to the
+    horizon, or not within the budget, with the time reached; ValueError for a right-hand side without a Taylor rule.
     """
     if cache is None:
-        return compute(problem, target)
+        return compute(problem, target, budget, progress)
     key = cache_key(problem, target)
     path = cache / f"{key}.truth"
     found = load(path, key)
     if found is None:
-        found = compute(problem, target)
+        found = compute(problem, target, budget, progress)
         save(path, key, found)
     return found
 
 
-def compute(problem: InitialValueProblem, target: float) -> Enclosure:
+def compute(
+    problem: InitialValueProblem, target: float, budget: float = BUDGET, progress: Progress | None = None
+) -> Enclosure:
     """`enclose` without a cache; one at a time, since the precision of ball arithmetic is global."""
-    if not 0 < target < inf:
-        raise ValueError(f"the target radius must be positive and finite, not {target}")
+    if not SMALLEST <= target <= LARGEST:
+        raise ValueError(f"the target radius must lie between {SMALLEST:g} and {LARGEST:g}, not {target}")
     program = compile_program(problem.time, problem.states, problem.rhs, problem.definitions)
     with ONE_AT_A_TIME:
-        settings, steps = enclosure.prove(program, problem.start_balls, problem.end, target)
-        with precision(settings.bits):
-            table = tabulate(steps, settings.bits)
+        steps = enclosure.prove(program, problem.start_balls, problem.end, target, Budget(budget, progress))
+        bits = max(step.bits for step in steps)
+        with precision(bits):
+            table = tabulate(steps, bits)
     return Enclosure(
         problem.names,
-        settings.bits,
+        bits,
         np.array([step.start for step in steps]),
         np.array([step.radius for step in steps]),
         tuple(tuple(map(_text, step.polynomial)) for step in steps),

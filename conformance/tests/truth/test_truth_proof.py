@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from math import factorial as fac
 
 import flint
+import numpy as np
 import pytest
 import sympy as sp
 from flint import arb, arb_mat
 
 from conformance.tests.truth.problems import CLOSED, Closed, R, t, x
-from conformance.truth import enclosure, taylor
+from conformance.truth import enclosure, tails, taylor
 from conformance.truth.taylor import precision
 from conformance.truth.truth import Ball, InitialValueProblem, ProofEnded, enclose
 
@@ -100,43 +103,75 @@ def _survives(closed: Closed) -> bool:
         return False
 
 
+def one_round(image: Callable[[list[float]], list[float]], candidate: list[float]) -> list[float]:
+    """A search that forgets the fixed-point test."""
+    return image(candidate)
+
+
 @pytest.mark.parametrize("closed", [GROWTH, PERIODIC], ids=["growth", "oscillator"])
-def test_remainder_left_out_is_caught(monkeypatch: pytest.MonkeyPatch, closed: Closed) -> None:
-    monkeypatch.setattr(enclosure, "remainder", lambda over_box, s, order: arb(0))
+def test_tail_left_out_is_caught(monkeypatch: pytest.MonkeyPatch, closed: Closed) -> None:
+    monkeypatch.setattr(tails, "search", lambda image, candidate: [0.0 for _ in candidate])
     assert not _survives(closed)
 
 
-def test_too_small_candidate_fails_the_fixed_point_test(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(enclosure, "candidate", lambda image, last, margin: image.mid() + arb(0, image.rad() / 2))
+@pytest.mark.parametrize("shrunk", ["self._radii(r, norm, t, head)", "last"])
+def test_term_left_out_of_the_tail_is_caught(monkeypatch: pytest.MonkeyPatch, shrunk: str) -> None:
+    """Of image(r) = (last + share rates(r)), each is needed: the true tail of exp, term by term, is the judge."""
+    order, h = 8, 1.5
+    program = taylor.with_rates(taylor.compile_program(t, [x], [x]))
+    with precision(200):
+        stepper, point = tails.Tails(program), taylor.coefficients(program, arb(0), [arb(1)], order - 1)
+        norms = stepper.norms(point, order, 1.0)
+        true = float(arb(h).exp() - sum((arb(h) ** k / fac(k) for k in range(order)), arb(0)))
+        assert true <= stepper.radii(norms, h)[0][0] <= 1.5 * true
+        if shrunk == "last":
+            norms = replace(norms, terms=norms.terms * (np.arange(order) < order - 1))
+        else:
+            monkeypatch.setattr(stepper, "_radii", lambda *_: [0.0])
+        assert stepper.radii(norms, h)[0][0] < true
+
+
+def test_fixed_point_test_that_is_skipped_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond the pole of x' = x^2 nothing exists, whatever a bound says that was never tested."""
+    problem = InitialValueProblem(t, (x,), (x**2,), (R(1),), R(3))
+    with pytest.raises(ProofEnded):
+        enclose(problem, 1e12, cache=None)
+    monkeypatch.setattr(tails, "search", one_round)
+    monkeypatch.setattr(enclosure, "SHARP", 1e300)
+    assert enclose(problem, 1e90, cache=None).end == 3
+
+
+def test_radii_that_fail_the_fixed_point_test_end_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tails, "holds", lambda found, candidate: False)
     with pytest.raises(ProofEnded, match="fixed-point test"):
         enclose(GROWTH.problem, cache=None)
 
 
-def test_box_that_skips_the_fixed_point_test_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        enclosure, "a_priori", lambda program, t, low, order, h: ([low[z][0] for z in program.states], low)
-    )
-    assert not _survives(GROWTH)
-
-
 def test_start_radius_that_is_not_carried_on_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(enclosure.Stepper, "jacobian", lambda self, extended: arb_mat([[1]]))
+    flow = enclosure.Stepper.flow
+
+    def frozen(self: enclosure.Stepper, at: enclosure.Expanded, h: float) -> enclosure.Flow:
+        return replace(flow(self, at, h), bound=arb_mat([[1]]), end=arb_mat([[1]]))
+
+    monkeypatch.setattr(enclosure.Stepper, "flow", frozen)
     enclosed = enclose(replace(GROWTH.problem, start=(Ball(R(1), R(1, 10**6)),)), 1e4, cache=None)
     assert not Closed(GROWTH.problem, lambda s: ((1 + arb(10) ** -6) * s.exp(),)).lies_in(enclosed)
 
 
-@pytest.mark.parametrize(("width", "passes"), [(0.5, True), (4.0, False)])
-def test_fixed_point_test_knows_how_long_a_solution_exists(width: float, passes: bool) -> None:
-    """x' = x^2, x(0) = 1 has its pole at t = 1: no box can pass beyond it."""
-    program = taylor.compile_program(t, [x], [x**2])
-    with precision(64):
-        low = taylor.coefficients(program, arb(0), [arb(1)], 1)
-        if passes:
-            box, _ = enclosure.a_priori(program, arb(0), low, 1, width / 4)
-            assert box[0].contains(1 / (1 - arb(width) / 4))
-        else:
-            with pytest.raises(enclosure.NoEnclosure):
-                enclosure.a_priori(program, arb(0), low, 1, width)
+@pytest.mark.parametrize(("width", "passes"), [(0.5, True), (0.9, True), (1.0, False), (4.0, False)])
+@pytest.mark.parametrize("rhs", [x**2, 1 / (1 - t) ** 2, 1 / sp.cos(sp.pi * t / 2) ** 2], ids=str)
+def test_fixed_point_test_knows_where_a_solution_is_analytic(rhs: sp.Expr, width: float, passes: bool) -> None:
+    """The pole lies at t = 1; the tail of 1 / (1 - t), which solves two of the three, is h^K / (1 - h)."""
+    order = 60
+    program = taylor.with_rates(taylor.compile_program(t, [x], [rhs]))
+    with precision(200):
+        stepper = tails.Tails(program)
+        norms = stepper.norms(taylor.coefficients(program, arb(0), [arb(1)], order - 1), order, 1.0)
+    if not passes:
+        with pytest.raises(tails.NoEnclosure):
+            stepper.radii(norms, width)
+    elif rhs == x**2:
+        assert width**order / (1 - width) <= stepper.radii(norms, width)[0][0] <= 3 * width**order / (1 - width)
 
 
 # --- Bad input -----------------------------------------------------------------------------------
