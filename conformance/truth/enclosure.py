@@ -28,11 +28,11 @@ from conformance.truth.tails import NoEnclosure, Norms, Tails
 from conformance.truth.taylor import Coefficients, Program, coefficients, precision, variational, with_rates
 
 SHORTEST = 2.0**-40  # of the horizon: the proof ends where it would need a shorter step
-SHARP = 2.0**-14  # largest share of the spread that a step may add to it
+SHARP = 2.0**-12  # largest share of the spread that a step may add to it
 GUARD_BITS = (20, 60, 180, 540, 800)  # log2(target / tolerance of a step), one attempt after the other
 LEAST = 1e-270  # tolerance: doubles hold bounds of remainders
 ORDER_PER_BIT = 0.55  # K, of the solution from the midpoint
-LOW_ORDER = 16  # q, of the variational equation
+LOW_ORDER = 12  # q, of the variational equation
 SIZE = 40  # log2(size that states are taken to have / target), at least
 BITS = 30  # of the arithmetic, more than the tolerance needs
 TRIES = 12  # of widths, per step

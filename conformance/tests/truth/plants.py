@@ -33,8 +33,8 @@ class Kind:
 MILD, HARSH = Kind(1, 1, R(1, 2), 1), Kind(3, 2, R(3, 2), 2)
 
 PLANTS = {  # rows, and the start of the states
-    "chain of three, problem 1(c)": ("x2 + theta1*x1**3", "x3 + theta2*x1*x2", "u", "1/2", "0", "0"),
-    "example of the 1992 paper": ("x2 + theta1*x1**2", "x3", "u", "1/2", "0", "0"),
+    "chain of three, problem 1(c)": ("x2 + theta1*x1**3", "x3 + theta2*x1*x2", "u", "1/4", "0", "0"),
+    "example of the 1992 paper": ("x2 + theta1*x1**2", "x3", "u", "1/4", "0", "0"),
     "wing rock with actuator, p = 4": (
         "x2", "x3 + theta1*x1 + theta2*x2 + theta3*x1**2*x2 + theta4*x1*x2**2", "u - 2*x3", "2/5", "0", "0",
     ),
@@ -43,7 +43,7 @@ PLANTS = {  # rows, and the start of the states
         "2/5", "0", "0",
     ),
     "pendulum with motor": ("x2", "x3 - theta1*sin(x1) - theta2*x2", "u - x3", "1/2", "0", "0"),
-    "chain of four": ("x2 + theta1*x1**2", "x3", "x4 + theta2*x3", "u", "1/4", "0", "0", "0"),
+    "chain of four": ("x2 + theta1*x1**2", "x3", "x4 + theta2*x3", "u", "1/8", "0", "0", "0"),
     "levitation": ("x2", "x3 - theta1*x2", "x4 + theta2*x1*x3", "u - x4", "1/4", "0", "0", "0"),
 }  # fmt: skip
 
