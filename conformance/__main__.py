@@ -10,6 +10,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import chain
 from pathlib import Path
 from typing import NoReturn
 
@@ -415,12 +416,15 @@ def print_truth(arguments: argparse.Namespace) -> int:
             raise ValueError(f"time {plain(time, 40)} is outside of [0, {plain(scenario.horizon, 40)}]")
 
     from conformance.truth.experiment import truth_table  # which takes a while
+    from conformance.truth.progress import bar
 
     def every_step() -> Iterator[Fraction]:
         return (i * arguments.step for i in range(count))
 
-    rows = truth_table(scenario, arguments.times or every_step(), arguments.digits)
-    csv.writer(sys.stdout, lineterminator="\n").writerows(rows)
+    with bar(float(scenario.horizon)) as progress:
+        rows = truth_table(scenario, arguments.times or every_step(), arguments.digits, progress)
+        header = next(rows)
+    csv.writer(sys.stdout, lineterminator="\n").writerows(chain([header], rows))
     return 0
 
 

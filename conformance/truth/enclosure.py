@@ -35,7 +35,7 @@ ORDER_PER_BIT = 0.55  # K, of the solution from the midpoint
 LOW_ORDER = 12  # q, of the variational equation
 SIZE = 40  # log2(size that states are taken to have / target), at least
 BITS = 30  # of the arithmetic, more than the tolerance needs
-TRIES = 12  # of widths, per step
+TRIES = 60  # of widths, per step
 BUDGET = 120.0  # s of CPU time
 OFTEN = 0.25  # s between two reports of progress
 
@@ -254,7 +254,7 @@ class Stepper:
             except NoEnclosure as reason:
                 if best:
                     break
-                h, why = h * 0.6, str(reason)
+                h, why = h / 2, str(reason)
                 continue
             if flow.fitting >= 1:
                 best = flow

@@ -16,6 +16,7 @@ from flint import arb
 from conformance.theory.design import ClosedLoop, closed_loop, tuning_functions
 from conformance.theory.scenario import PARAMETERS, POSITIVE, Scenario
 from conformance.theory.strict_feedback import Plant, strict_feedback
+from conformance.truth.enclosure import Progress
 from conformance.truth.taylor import precision
 from conformance.truth.truth import Enclosure, InitialValueProblem, ball_function, enclose
 
@@ -60,13 +61,15 @@ def truth(scenario: Scenario, target: float = 1e-18) -> Enclosure:
     return enclose(problem(scenario), target)
 
 
-def truth_table(scenario: Scenario, times: Iterable[Fraction], digits: int) -> Iterator[list[str]]:
+def truth_table(
+    scenario: Scenario, times: Iterable[Fraction], digits: int, progress: Progress | None = None
+) -> Iterator[list[str]]:
     """Rows of text: a header, then per time (s) those of PRINTED as value and radius.
 
     A value has `digits` significant digits; its radius, rounded up, covers the enclosure and the rounding of the value.
-    Raises ValueError for a time outside of the enclosure.
+    Raises ValueError for a time outside of the enclosure, ProofEnded where there is none.
     """
-    enclosed = truth(scenario, min(1e-18, 10.0**-digits))
+    enclosed = enclose(problem(scenario), min(1e-18, 10.0**-digits), progress=progress)
     loop = derived_loop(scenario.wave)
     errors = ball_function(problem(scenario), [*loop.z, loop.V])
     yield ["t", *(text for name in PRINTED for text in (name, f"{name}_radius"))]

@@ -12,7 +12,7 @@ from functools import cache
 
 import sympy as sp
 
-from conformance.theory.design import closed_loop, tuning_functions
+from conformance.theory.design import ClosedLoop, closed_loop, tuning_functions
 from conformance.theory.strict_feedback import TIME, Plant, strict_feedback
 from conformance.truth.truth import InitialValueProblem
 
@@ -49,14 +49,21 @@ PLANTS = {  # rows, and the start of the states
 
 
 @cache
-def problem(name: str, kind: Kind) -> InitialValueProblem:
-    """The closed loop of a plant under the controller designed for it."""
-    entries = PLANTS[name]
-    n = len(entries) // 2
+def loop(name: str, kind: Kind) -> ClosedLoop:
+    """A plant under the controller designed for it."""
+    rows = PLANTS[name][: len(PLANTS[name]) // 2]
+    n = len(rows)
     x, u = sp.symbols(f"x1:{n + 1}"), sp.Symbol("u")
-    rhs = tuple(sp.sympify(row) for row in entries[:n])
+    rhs = tuple(sp.sympify(row) for row in rows)
     theta = tuple(sorted({s for row in rhs for s in row.free_symbols} - {*x, u}, key=str))
-    design = tuning_functions(strict_feedback(Plant(x, u, theta, rhs)), [kind.k] * n, kind.Gamma * sp.eye(len(theta)))
-    loop = closed_loop(design, [kind.theta] * len(theta), sp.sin(TIME) / 2)
-    start = (*(kind.start * R(value) for value in entries[n:]), *(R(0) for _ in theta))
-    return InitialValueProblem(loop.time, loop.states, loop.rhs, start, HORIZON, loop.definitions)
+    plant = strict_feedback(Plant(x, u, theta, rhs))
+    design = tuning_functions(plant, [kind.k] * n, kind.Gamma * sp.eye(len(theta)))
+    return closed_loop(design, [kind.theta] * len(theta), sp.sin(TIME) / 2)
+
+
+def problem(name: str, kind: Kind) -> InitialValueProblem:
+    """The closed loop of a plant from its start, the estimates from 0."""
+    closed = loop(name, kind)
+    given = [kind.start * R(value) for value in PLANTS[name][len(PLANTS[name]) // 2 :]]
+    start = (*given, *(R(0) for _ in closed.states[len(given) :]))
+    return InitialValueProblem(closed.time, closed.states, closed.rhs, start, HORIZON, closed.definitions)

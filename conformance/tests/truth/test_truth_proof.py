@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from math import factorial as fac
@@ -73,6 +74,45 @@ def test_unstable_problem_ends_with_the_time_reached() -> None:
 def test_target_below_the_radius_of_the_start_is_refused() -> None:
     with pytest.raises(ProofEnded, match="radius"):
         enclose(replace(GROWTH.problem, start=(Ball(R(1), R(1, 10**6)),)), 1e-8, cache=None)
+
+
+WILD = {
+    "fast reference": InitialValueProblem(t, (x,), (sp.cos(10**6 * t) - x,), (R(1),), R(20)),
+    "long horizon": InitialValueProblem(t, (x,), (sp.cos(t) - x,), (R(1),), R(10**9)),
+    "unstable and fast": InitialValueProblem(t, (x,), (10**6 * x * (1 - x**2),), (R(1, 10),), R(20)),
+}
+
+
+@pytest.mark.parametrize("name", WILD)
+def test_budget_ends_a_long_proof_in_one_line(name: str) -> None:
+    with pytest.raises(ProofEnded) as ended:
+        enclose(WILD[name], cache=None, budget=0.3)
+    assert re.search(r"its 0\.3 s of CPU time are spent; to reach t = \S+ takes about \S+ s at", str(ended.value))
+    assert 0 < ended.value.reached < WILD[name].end
+
+
+def test_progress_is_told_now_and_then_and_rises(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(enclosure, "OFTEN", 0.0)
+    told: list[float] = []
+    enclosed = enclose(PERIODIC.problem, cache=None, progress=told.append)
+    assert told == enclosed.edges[1:].tolist()
+    monkeypatch.setattr(enclosure, "OFTEN", 1e9)
+    enclose(PERIODIC.problem, cache=None, progress=lambda reached: pytest.fail("too often"))
+
+
+def test_slow_problem_takes_wide_steps() -> None:
+    problem = InitialValueProblem(t, (x,), (-x / 10**7,), (R(1),), R(10**7))
+    enclosed = enclose(problem, cache=None)
+    assert np.diff(enclosed.edges).max() > 1e6
+    assert Closed(problem, lambda s: ((-s / 10**7).exp(),)).lies_in(enclosed)
+
+
+def test_flow_that_expands_beyond_reach_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(enclosure, "GUARD_BITS", (20,))
+    with pytest.raises(
+        ProofEnded, match=r"radius there is \S+, above 1\.0e-18; the start, or errors of 2\^-20 of that"
+    ):
+        enclose(InitialValueProblem(t, (x,), (10 * x,), (R(1),), R(10)), cache=None)
 
 
 # --- Faults --------------------------------------------------------------------------------------
@@ -190,3 +230,24 @@ def test_right_hand_side_without_a_rule_is_refused(rhs: sp.Expr, message: str) -
 def test_start_given_as_a_double_is_refused() -> None:
     with pytest.raises(ValueError, match="exact rationals"):
         InitialValueProblem(t, (x,), (x,), (sp.Float(1.2),), R(1))
+
+
+@pytest.mark.parametrize("target", [0.0, -1.0, 1e-290, 1e290, float("inf"), float("nan")])
+def test_absurd_target_is_refused(target: float) -> None:
+    with pytest.raises(ValueError, match="the target radius must lie between 1e-100 and 1e"):
+        enclose(GROWTH.problem, target, cache=None)
+
+
+def test_absurd_start_and_horizon_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"a start value must not exceed 1e\+100, and one is -1\.00E\+290"):
+        replace(GROWTH.problem, start=(-(R(10) ** 290),))
+    with pytest.raises(ValueError, match="the horizon must lie between"):
+        replace(GROWTH.problem, horizon=R(10) ** 400)
+
+
+@pytest.mark.parametrize(
+    "names", [(x,), (t,), (sp.Symbol("x", positive=True),), (sp.Symbol("a"), sp.Symbol("a"))], ids=str
+)
+def test_definition_must_not_take_the_name_of_something_else(names: tuple[sp.Symbol, ...]) -> None:
+    with pytest.raises(ValueError, match="need names of their own"):
+        InitialValueProblem(t, (x,), (x,), (R(1),), R(1), tuple((name, 2 * x) for name in names))
