@@ -279,7 +279,7 @@ def validate(arguments: argparse.Namespace) -> int:
 
     from conformance.judging.verdict import judge_file, to_json  # which takes a while
 
-    verdict = judge_file(arguments.csv, scenario, arguments.stdout)
+    verdict = judge_file(arguments.csv, scenario, arguments.stdout, diagnose=True)
     if arguments.json:
         write_output(arguments.json, to_json([verdict]))
     holds = [str(result) for result in verdict.results if result.passed]

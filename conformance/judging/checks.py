@@ -393,10 +393,7 @@ CHECKS = (
 OF_ANYONE = tuple(check for check in CHECKS if check.run is not states_are_in_double_precision)  # digits are no verdict
 
 
-def judge(
-    trajectory: Trajectory, exact: Exact, tolerance: Tolerance, checks: Sequence[Check] = CHECKS
-) -> list[tuple[Check, Result]]:
+def judge(log: Measured, tolerance: Tolerance, checks: Sequence[Check] = CHECKS) -> list[tuple[Check, Result]]:
     """Every result of every check, in the order of `checks`."""
-    log = Measured(trajectory, exact)
     with np.errstate(all="ignore"):  # of numbers near 1e308, which no check lets pass
         return [(check, result) for check in checks for result in check(log, tolerance)]

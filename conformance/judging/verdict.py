@@ -24,6 +24,8 @@ from conformance.judging.checks import (
     judge,
     programs_agree,
 )
+from conformance.judging.diagnosis import diagnosis
+from conformance.judging.measured import Measured
 from conformance.judging.report import read_report, report_problems
 from conformance.judging.trajectory import STATES, Trajectory, TrajectoryError, load
 from conformance.programs.ports import ROOT, Port, read_ports
@@ -86,11 +88,13 @@ def judge_file(
     target: float = TARGET,
     checks: Sequence[Check] = OF_ANYONE,
     banners: bool = False,
+    diagnose: bool = False,
 ) -> Verdict:
     """The verdict on anyone's CSV, and on what its program printed where `stdout` is given.
 
     `banners`: the engine may print more than the program. `target` is the radius of the proof of the exact solution.
-    Raises ProofEnded where there is no proof, ValueError where `stdout` cannot be read.
+    With `diagnose`, the reason begins with the first cause, where one is found. Raises ProofEnded where there is no
+    proof, ValueError where `stdout` cannot be read.
     """
     name = plain(path.name)
     try:
@@ -98,8 +102,12 @@ def judge_file(
     except TrajectoryError as error:
         return Verdict(name, "fail", str(error))
     with np.errstate(all="ignore"):  # of numbers near 1e308
-        judged = judge(trajectory, exact(scenario, target), tolerance, checks)
+        log = Measured(trajectory, exact(scenario, target))
+        judged = judge(log, tolerance, checks)
+        failed = [result.claim for _, result in judged if not result.passed]
         problems = [explain(check, result) for check, result in judged if not result.passed]
+        if diagnose and failed:
+            problems = [*filter(None, [diagnosis(log, tolerance, failed)]), *problems]
         notes = [*trajectory.notes, *(digit_notes(trajectory) if checks is OF_ANYONE else ())]
         if stdout is not None:
             lines, more = read_report(stdout, banners)
@@ -110,15 +118,15 @@ def judge_file(
     return Verdict(name, status, "\n".join(problems), results=results, notes=tuple(notes), trajectory=trajectory)
 
 
-def judge_port(port: Port, scenario: Scenario) -> Verdict:
+def judge_port(port: Port, scenario: Scenario, diagnose: bool = False) -> Verdict:
     """The verdict on a port's last run, at its engine's tolerance; an error where its record or its output lack."""
     try:
-        return _judge_run(port, scenario)
+        return _judge_run(port, scenario, diagnose)
     except (ValueError, OSError) as error:
         return Verdict(port.name, "error", f"{plain(error, 400)}; type: rm -r build/{port.name}; make {port.name}")
 
 
-def _judge_run(port: Port, scenario: Scenario) -> Verdict:
+def _judge_run(port: Port, scenario: Scenario, diagnose: bool) -> Verdict:
     run = port.run()
     if run is None:
         names = " or ".join(engine.name for engine in port.engines)
@@ -139,7 +147,9 @@ def _judge_run(port: Port, scenario: Scenario) -> Verdict:
         reason = f"{port.csv.name} is not the file that the run wrote; {again}"
         return Verdict(port.name, "stale", reason, engine, stand_in)
     ran = port.ran_engine(run)
-    judged = judge_file(port.csv, scenario, port.stdout, ran.tolerance, checks=CHECKS, banners=ran.proprietary)
+    judged = judge_file(
+        port.csv, scenario, port.stdout, ran.tolerance, checks=CHECKS, banners=ran.proprietary, diagnose=diagnose
+    )
     return replace(judged, name=port.name, engine=engine, stand_in=stand_in)
 
 
@@ -166,7 +176,9 @@ def judge_all(selected: Mapping[str, Port], scenario: Scenario) -> Judgement:
 
     A port that fails by itself is compared with the others too, but does not make them fail.
     """
-    verdicts = {name: _with_contract(port, judge_port(port, scenario)) for name, port in selected.items()}
+    verdicts = {
+        name: _with_contract(port, judge_port(port, scenario, diagnose=True)) for name, port in selected.items()
+    }
     trajectories = {name: v.trajectory for name, v in verdicts.items() if v.trajectory is not None}
     tolerances = {name: selected[name].ran_engine(selected[name].run() or {}).tolerance for name in trajectories}
     pairs = programs_agree(trajectories, exact(scenario), tolerances)
