@@ -31,9 +31,10 @@ from conformance.theory.identity import prove
 from conformance.theory.program import explicit
 from conformance.theory.scenario import LESSON
 from conformance.theory.statements import statements_of
+from conformance.trials import mutants, named
 from conformance.trials.campaign import Trial, draw, prepare_all, run_campaign, run_program, scratch_tree, trial
 from conformance.trials.edits import constant_edit, edited
-from conformance.trials.variant import copy_tree
+from conformance.trials.variant import copy_tree, read_variants, runnable
 from conformance.truth.exact import exact
 from conformance.truth.experiment import problem
 from conformance.truth.truth import Enclosure, InitialValueProblem, enclose
@@ -195,6 +196,16 @@ def pyfunnel_seconds(csv: Path, folder: Path) -> float:
     return time.perf_counter() - started
 
 
+def bench_diagnosis() -> None:
+    """How often the first line of a verdict names the statement that was broken, once all variants and mutants ran."""
+    ports = runnable(read_ports().values())
+    of_mistakes = named.mistakes(list(read_variants().values()), ports)
+    of_mutants = named.of_mutants([mutant for port in ports for mutant in mutants.mutants(port)])
+    for what, found, aim in (("mistakes", of_mistakes, "all"), ("mutants", of_mutants, "90 %")):
+        share = sum(found) / max(len(found), 1)
+        print(f"diagnosis: the first line names {sum(found)} of {len(found)} {what}, {share:.0%} (aim: {aim})")
+
+
 def bench_fuzz(limit: float = 60.0) -> None:
     """Random bytes into a right CSV, for a time in s: every file is refused with a reason, or conforms."""
     choose = random.Random()
@@ -330,6 +341,7 @@ if __name__ == "__main__":
     bench_campaign()
     bench_truth()
     bench_validate()
+    bench_diagnosis()
     bench_page()
     bench_fuzz()
     bench_design()

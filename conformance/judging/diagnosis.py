@@ -209,6 +209,8 @@ def hypotheses(scenario: Scenario) -> Iterator[Hypothesis]:
         "u", by_theta, _say("theta_true, which is unknown, stands in the control for theta_hat (16)"), plain=True
     )
     yield from _other_references(scenario, right)
+    apart = tuple((name, re.sub(r"\bt\b", "(t + apart)", text)) for name, text in right)
+    yield Hypothesis(WHOLE, apart, _say_apart, "apart", 0.0, plain=True)
 
 
 def _substituted(text: str, known: set[str]) -> Iterator[str]:
@@ -273,6 +275,11 @@ def _say_term(name: str, where: str, sign: str, bare: str) -> Callable[[float], 
 def _say_other(name: str, where: str, text: str, changed: str) -> Callable[[float], str]:
     sentence = f"in {where}, the log obeys {readable(name)} = {readable(changed)}, where {readable(text)} belongs"
     return _say(sentence)
+
+
+def _say_apart(time: float) -> str:
+    side = "ahead of" if time > 0 else "behind"
+    return f"times and states are apart: the loop takes its reference {abs(time):.3g} s {side} the state's time (12)"
 
 
 def _say_parameter(name: str, value: float) -> Callable[[float], str]:

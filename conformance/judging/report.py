@@ -81,8 +81,14 @@ def report_problems(lines: list[str], trajectory: Trajectory, scenario: Scenario
         ),
         ("file name", PureWindowsPath(name).name == csv_name, shown(name), shown(csv_name)),
     )
+    causes = {
+        "final tracking error": "; usual cause: another row than the last, or a state that is advanced once more",
+        "final parameter estimate": "; that is theta itself" if float(estimate) == float(scenario.theta) else "",
+    }
     return [
-        f"standard output, {what}: found {plain(got)}, expected {want}" for what, same, got, want in wanted if not same
+        f"standard output, {what}: found {plain(got)}, expected {want}{causes.get(what, '')}"
+        for what, same, got, want in wanted
+        if not same
     ]
 
 

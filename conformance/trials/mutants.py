@@ -110,9 +110,14 @@ def _other(number: str) -> str:
 
 def fates(made: Sequence[Mutant], folder: Path = ROOT / "build" / "mutants") -> list[Fate]:
     """Run what is not up to date, and judge every mutant."""
+    return [_fate(mutant, one) for mutant, one in run(made, folder)]
+
+
+def run(made: Sequence[Mutant], folder: Path = ROOT / "build" / "mutants") -> list[tuple[Mutant, Job]]:
+    """Run what is not up to date; returns each mutant with the job that ran it."""
     jobs = [job(folder / f"{m.port.name}-{number}", m.port, m.text) for number, m in enumerate(made)]
     run_all(jobs, copy=copy_what_runs)
-    return [_fate(mutant, one) for mutant, one in zip(made, jobs, strict=True)]
+    return list(zip(made, jobs, strict=True))
 
 
 def _fate(mutant: Mutant, one: Job) -> Fate:
