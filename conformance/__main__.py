@@ -151,7 +151,16 @@ def parser() -> Parser:
     when = truth.add_mutually_exclusive_group()
     when.add_argument("--times", type=exact_times, metavar="T,T,...", help=f"times in s, each {EXACT}")
     when.add_argument("--step", type=positive, default=Fraction(1, 10), help="every so many s (default: 0.1)")
+    when.add_argument("--certificate", type=Path, metavar="FILE", help="write the proof there, for certify, instead")
     truth.add_argument("--digits", type=digit_count, default=20, help="significant digits printed (default: 20)")
+    certify = commands.add_parser(
+        "certify",
+        help="check a certificate of the exact solution by a second way",
+        description="Check a proof that conformance truth --certificate wrote, by another way than it was found. The "
+        "exit status is 0 where it holds, 1 where it does not, 2 where the file is no certificate.",
+    )
+    certify.add_argument("certificate", type=Path, metavar="FILE")
+    certify.add_argument("--scenario", help="derive the closed loop of this experiment too: is it what was solved?")
     random = commands.add_parser(
         "campaign",
         help="random scenarios, every program on each",
@@ -404,10 +413,17 @@ def design(arguments: argparse.Namespace) -> int:
 
 
 def print_truth(arguments: argparse.Namespace) -> int:
-    """The enclosure at the times asked for, row by row."""
+    """The enclosure at the times asked for, row by row; or its certificate."""
     from conformance.theory.scenario import scenario_named
 
     scenario = scenario_named(arguments.scenario)
+    if arguments.certificate:
+        from conformance.truth.certificate import certificate
+        from conformance.truth.experiment import problem, truth
+
+        write_atomically(arguments.certificate, certificate(problem(scenario), truth(scenario)))
+        print(f"next: conformance certify {arguments.certificate}")
+        return 0
     count = int(scenario.horizon / arguments.step) + 1
     if not arguments.times and count > MOST_ROWS:
         raise ValueError(f"found a step that makes {plain(count, 40)} rows, expected at most {MOST_ROWS}")
@@ -425,6 +441,30 @@ def print_truth(arguments: argparse.Namespace) -> int:
         rows = truth_table(scenario, arguments.times or every_step(), arguments.digits, progress)
         header = next(rows)
     csv.writer(sys.stdout, lineterminator="\n").writerows(chain([header], rows))
+    return 0
+
+
+def check_certificate(arguments: argparse.Namespace) -> int:
+    """What a certificate claims, and whether it holds."""
+    from conformance.truth.certify import certify, read
+    from conformance.truth.deviation import NotProven
+
+    found, name = read(arguments.certificate), arguments.certificate.name
+    if arguments.scenario:
+        from conformance.theory.scenario import scenario_named
+        from conformance.truth.certificate import same_problem  # which needs SymPy
+        from conformance.truth.experiment import problem
+
+        if not same_problem(problem(scenario_named(arguments.scenario)), found):
+            show(f"{name} FAILS: it is of another problem than {arguments.scenario}")
+            return 1
+    try:
+        radius = certify(found)
+    except NotProven as reason:
+        show(f"{name} FAILS: {reason}")
+        return 1
+    claim = f"{', '.join(found.names)} on [0, {found.horizon}] lie within the stated radii, at most {found.radius:.1e}"
+    show(f"{name} holds: {claim}; this way, within {float(radius):.1e}")
     return 0
 
 
@@ -462,6 +502,7 @@ COMMANDS = {
     "design": design,
     "new-port": new_port,
     "truth": print_truth,
+    "certify": check_certificate,
 }
 
 

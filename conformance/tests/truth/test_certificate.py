@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: MIT
+"""A certificate holds if the solution is where it says, is refused if any digit of it is wrong, and is read safely."""
+
+import json
+import random
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy as sp
+from flint import arb, fmpq
+
+from conformance.programs.ports import ROOT
+from conformance.tests.truth.problems import CLOSED, Closed, x, y
+from conformance.tests.truth.problems import lesson as written_lesson
+from conformance.theory.scenario import LESSON
+from conformance.truth.certificate import certificate, same_problem
+from conformance.truth.certify import NoCertificate, bits, certify, parse, written
+from conformance.truth.deviation import NotProven, deviations, polynomial, rational, rows, series
+from conformance.truth.experiment import problem
+from conformance.truth.taylor import precision
+from conformance.truth.truth import compute, enclose
+
+SHORT = replace(LESSON, horizon=Fraction(1, 4))
+TEXT = certificate(problem(SHORT), compute(problem(SHORT), 1e-18))
+Content = dict[str, Any]
+
+
+def resealed(change: Callable[[Content], None]) -> str:
+    """The certificate changed, its digest made to fit."""
+    content = json.loads(TEXT)
+    change(content)
+    return written(content)
+
+
+# ---- What holds ----
+
+
+def test_lesson_is_certified() -> None:
+    lesson = problem(LESSON)
+    found = parse(certificate(lesson, enclose(lesson)))  # which has checked it
+    assert same_problem(lesson, found) and found.radius <= 1e-18
+    assert not same_problem(replace(lesson, start=(*lesson.start[:2], sp.S.One)), found)
+    assert not same_problem(problem(replace(LESSON, gamma=Fraction("3.0001"))), found)
+    assert not same_problem(replace(lesson, horizon=lesson.horizon + 1), found)
+
+
+def test_second_way_gives_a_smaller_radius_than_the_first() -> None:
+    assert certify(parse(TEXT)) < 1e-6 * parse(TEXT).radius
+
+
+def test_problem_in_the_certificate_is_the_lessons() -> None:
+    """The program, run at exact points, gives the right-hand sides that the lesson writes by hand."""
+    claim, lesson = parse(TEXT).claim, written_lesson()
+    choose = random.Random(1)
+    for _ in range(5):
+        point = [Fraction(choose.randint(-99, 99), choose.randint(1, 99)) for _ in range(4)]
+        values = dict(zip((lesson.time, *lesson.states), map(sp.Rational, point), strict=True))
+        for name, e in lesson.definitions:
+            values[name] = e.xreplace(values)
+        with series(128, 2):
+            t, *x = (polynomial([rational(value)], arb(0), arb(0)) for value in point)
+            found = [row[0].coeffs()[0] for row, _ in rows(claim.program, claim.rhs, t, x)]
+            assert all(
+                f - arb(str(sp.N(e.xreplace(values), 30))) < 1e-25 for f, e in zip(found, lesson.rhs, strict=True)
+            )
+
+
+@pytest.mark.parametrize("closed", CLOSED.values(), ids=CLOSED)
+def test_bound_of_rough_polynomials_covers_their_error_and_is_near_it(closed: Closed) -> None:
+    """Polynomials cut to a lower degree are off by more: the second way alone has to say by how much."""
+    enclosed = compute(closed.problem, 1e-12)
+    short = tuple(tuple(" ".join(p.split()[:32]) for p in step) for step in enclosed.polynomials)
+    found = parse(certificate(closed.problem, replace(enclosed, polynomials=short, radius=0 * enclosed.radius + 1e-6)))
+    with precision(256):
+        worst = arb(0)
+        for step, bounds in zip(found.claim.steps, deviations(found.claim, bits(found.claim)), strict=True):
+            for share in (Fraction(0), Fraction(1, 3), Fraction(1)):
+                at = rational(step.start + share * step.width)
+                if not at <= arb(fmpq(closed.problem.horizon.p, closed.problem.horizon.q)):
+                    continue
+                for p, exact, bound in zip(step.polynomial, closed.solution(at), bounds, strict=True):
+                    error = abs(sum(c * rational(share * step.width) ** k for k, c in enumerate(p)) - exact)
+                    assert error <= bound
+                    worst = worst.max(error)
+        if closed.problem.rhs[0] in (-x, y, x * (1 - x)):  # of others, the polynomials are exact or very near it
+            assert certify(found) < 10_000 * worst
+
+
+# ---- What does not ----
+
+
+def test_wrong_digit_anywhere_is_refused() -> None:
+    digits = [match.start() for match in re.finditer('[0-9a-f](?=[^"]*"[,\n])', TEXT)]
+    choose = random.Random(0)
+    for place in choose.sample(digits, 60):
+        other = choose.choice([d for d in "0123456789abcdef" if d != TEXT[place]])
+        with pytest.raises(NoCertificate):
+            parse(TEXT[:place] + other + TEXT[place + 1 :])
+
+
+def first_coefficient(number: int, row: int, by: float) -> Callable[[Content], None]:
+    def change(content: Content) -> None:
+        numbers = content["steps"][number]["polynomial"][row]
+        mantissa, exponent = numbers[0].split("p")
+        changed = Fraction(int(mantissa, 16)) * Fraction(2) ** int(exponent) + Fraction(by)
+        numbers[0] = f"{changed.numerator:#x}p{1 - changed.denominator.bit_length()}"
+
+    return change
+
+
+def replaced(key: str, old: str, new: str) -> Callable[[Content], None]:
+    def change(content: Content) -> None:
+        assert old in content[key]
+        content[key] = [new if value == old else value for value in content[key]]
+
+    return change
+
+
+def narrow(content: Content) -> None:
+    content["steps"][-1]["radius"][0] = "0x1p-140"
+
+
+def merged(content: Content) -> None:
+    """Many steps become one, on the polynomials of the first."""
+    first, *others = content["steps"][5:]
+    numbers = [step["width"].split("p") for step in (first, *others)]
+    total = sum((Fraction(int(m, 16)) * Fraction(2) ** int(e) for m, e in numbers), Fraction(0))
+    first["width"] = f"{total.numerator:#x}p{1 - total.denominator.bit_length()}"
+    del content["steps"][6:]
+
+
+FALSE: dict[str, Callable[[Content], None]] = {
+    "a start value": lambda content: content["start"].__setitem__(0, ["13/10", "0"]),
+    "a start value off by 1e-17": lambda content: content["start"].__setitem__(2, [f"1/{10**17}", "0"]),
+    "a start that is a ball": lambda content: content["start"].__setitem__(0, ["6/5", f"1/{10**17}"]),
+    "the first coefficient of the first step": first_coefficient(0, 0, 2.0**-59),
+    "a coefficient of a later step": first_coefficient(7, 2, 2.0**-59),
+    "theta": replaced("program", "constant 6/5", "constant 5999999999999999/5000000000000000"),
+    "an operation": replaced("program", "mul 1 17", "add 1 17"),
+    "a function": lambda content: content.update(
+        program=[line.replace("sin", "cos") if line.startswith("sin") else line for line in content["program"]]
+    ),
+    "rows exchanged": lambda content: content["rhs"].reverse(),
+    "a radius that is too small": narrow,
+    "a step that is too wide": merged,
+}
+
+
+@pytest.mark.parametrize("change", FALSE.values(), ids=FALSE)
+def test_what_is_false_is_refused_though_its_digest_fits(change: Callable[[Content], None]) -> None:
+    try:
+        found = parse(resealed(change))
+    except NoCertificate:
+        pytest.fail("the check has to be the mathematics'")
+    with pytest.raises(NotProven):
+        certify(found)
+
+
+NONE: dict[str, tuple[str, str]] = {
+    "no JSON": ("t,x1\n", "expected JSON"),
+    "nested without end": ("[" * 100_000, "expected JSON"),
+    "a number without end": ('{"format": ' + "9" * 100_000 + "}", "expected JSON"),
+    "a list": ("[]", "the file: found '\\[\\]', expected the keys"),
+    "other keys": ('{"format": 1}', "the file: .* expected the keys"),
+    "another form": (json.dumps(json.loads(TEXT)), "expected the canonical one"),
+    "a key twice": (TEXT.replace("{", '{"format": "x",', 1), "expected the canonical one"),
+    "another format": (resealed(lambda content: content.update(format="2")), "format: found '2'"),
+    "no states": (resealed(lambda content: content.update(states=[])), "states: .* a list of 1 to"),
+    "a state that is code": (resealed(lambda content: content["states"].__setitem__(0, "x();")), "states: found 'x"),
+    "an unknown operation": (resealed(replaced("program", "mul 1 17", "exec 1")), "program, line .* expected one of"),
+    "a line that reads ahead": (resealed(replaced("program", "mul 1 17", "mul 1 400")), "a whole number below"),
+    "a line of too few words": (resealed(replaced("program", "mul 1 17", "mul 1")), "as many words"),
+    "a number divided by zero": (resealed(replaced("program", "constant 6/5", "constant 6/0")), "in lowest terms"),
+    "a number not in lowest terms": (resealed(replaced("program", "constant 6/5", "constant 12/10")), "in lowest"),
+    "rows too many": (resealed(lambda content: content["rhs"].append(0)), "rhs: .* a list of 3"),
+    "a row that is text": (resealed(lambda content: content["rhs"].__setitem__(0, "0")), "rhs: found '0'"),
+    "a row that is true": (resealed(lambda content: content["rhs"].__setitem__(0, True)), "rhs: found 'True'"),
+    "a negative radius of a start": (resealed(lambda content: content["start"][0].__setitem__(1, "-1")), "radii"),
+    "steps that leave a gap": (resealed(lambda content: content["steps"].pop(3)), "step 4, start"),
+    "a width of zero": (resealed(lambda content: content["steps"][0].update(width="0x0p0")), "step 1, width"),
+    "a radius of zero": (resealed(lambda content: content["steps"][0]["radius"].__setitem__(0, "0x0p0")), "radius"),
+    "an even mantissa": (resealed(lambda content: content["steps"][0]["radius"].__setitem__(0, "0x2p-70")), "odd"),
+    "an exponent of a million": (
+        resealed(lambda content: content["steps"][0]["radius"].__setitem__(0, "0x1p1000000")), "step 1, radius",
+    ),
+    "a polynomial without coefficients": (
+        resealed(lambda content: content["steps"][0]["polynomial"].__setitem__(0, [])), "step 1, polynomial",
+    ),
+    "a horizon beyond the steps": (resealed(lambda content: content.update(horizon="21")), "horizon: found '21'"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", NONE)
+def test_what_is_no_certificate_is_refused_in_one_line(case: str) -> None:
+    text, message = NONE[case]
+    with pytest.raises(NoCertificate, match=message) as error:
+        parse(text)
+    assert "\n" not in str(error.value) and len(str(error.value)) < 400
+
+
+# ---- The commands ----
+
+
+def conformance(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "conformance", *words], cwd=ROOT, capture_output=True, text=True)
+
+
+def test_commands_write_and_check_a_certificate(tmp_path: Path) -> None:
+    scenario, path = tmp_path / "short.toml", tmp_path / "short.json"
+    scenario.write_text("[scenario]\nhorizon = 0.125\n")
+    assert conformance("truth", "--scenario", scenario, "--certificate", path).returncode == 0
+    good = conformance("certify", path, "--scenario", scenario)
+    assert good.returncode == 0 and "short.json holds: x1, x2, theta_hat on [0, 101/800]" in good.stdout, good.stderr
+    path.write_text(resealed(FALSE["theta"]))
+    bad = conformance("certify", path)  # without a scenario, the mathematics' alone
+    assert bad.returncode == 1 and "short.json FAILS: in the step from t = 0" in bad.stdout
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"t,x1\n", TEXT[:-50].encode()], ids=str)
+def test_what_is_no_certificate_ends_with_status_2_and_one_line(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "no certificate"
+    path.write_bytes(content)
+    answer = conformance("certify", path)
+    assert answer.returncode == 2 and answer.stdout == "" and len(answer.stderr.splitlines()) == 1
+
+
+def test_no_file_and_a_folder_are_refused(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "none"):
+        answer = conformance("certify", path)
+        assert answer.returncode == 2 and "expected a file" in answer.stderr
+
+
+def test_checking_uses_nothing_of_what_finds_the_enclosure() -> None:
+    program = "import sys; import conformance.truth.certify; "
+    program += "print(*(name for name in sys.modules if name.startswith('conformance.') or name == 'sympy'))"
+    answer = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    assert set(answer.stdout.split()) == {
+        "conformance.truth",
+        "conformance.truth.certify",
+        "conformance.truth.deviation",
+    }
