@@ -4,6 +4,7 @@
 # ---- Settings ----
 
 SHELL := /bin/sh
+ONLY_ASKED := $(findstring n,$(firstword -$(MAKEFLAGS)))$(findstring q,$(firstword -$(MAKEFLAGS)))
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
@@ -12,6 +13,12 @@ PYTHON := .venv/bin/python
 RUN := $(PYTHON) -B -m conformance.programs.run
 
 include $(sort $(wildcard */port.mk))
+
+TARGETS := all bench check clean distclean environment help mutants ports readme report system
+KEPT := build campaign every truth variants
+ifneq ($(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)),)
+$(error a port cannot be called $(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)): make and the harness use that name)
+endif
 
 PORTS ?= $(KNOWN_PORTS)
 UNKNOWN_PORTS := $(filter-out $(KNOWN_PORTS),$(PORTS))
@@ -22,7 +29,17 @@ export PORTS
 
 # ---- What to type ----
 
-.PHONY: help all check report readme mutants bench clean distclean
+# One make at a time: what is typed goes on as a make below alone.sh, unless it changes nothing.
+GOALS := $(or $(MAKECMDGOALS),help)
+ifeq ($(or $(ALONE),$(ONLY_ASKED),$(filter help,$(GOALS))),)
+.PHONY: $(GOALS)
+$(firstword $(GOALS)):
+	@ALONE=yes conformance/alone.sh $(MAKE) $(GOALS)
+$(wordlist 2,$(words $(GOALS)),$(GOALS)): $(firstword $(GOALS))
+	@:
+else
+
+.PHONY: $(TARGETS)
 help:  ## this list
 	@sed -n 's/^\([a-z]*\):.*## /  make \1: /p' $(MAKEFILE_LIST) | sort
 	@echo '  make PORT: one of $(KNOWN_PORTS)'
@@ -58,7 +75,6 @@ distclean: clean  ## remove the Python environment too
 # ---- Set-up ----
 
 # With --keep-going, what cannot be installed is left to the ports that need it.
-.PHONY: system environment
 system:
 	@conformance/setup.sh apt.txt $(addsuffix /apt.txt,$(sort $(foreach port,$(PORTS),$(FOLDER.$(port))))) \
 	$(if $(findstring k,$(firstword -$(MAKEFLAGS))),|| true)
@@ -86,9 +102,11 @@ environment: .venv/installed
 
 # ---- Programs ----
 
-.PHONY: ports $(KNOWN_PORTS)
+.PHONY: $(KNOWN_PORTS)
 ports: $(PORTS)
 $(KNOWN_PORTS): %: build/%/done
 
 build/%/done: conformance/programs/run.py conformance/programs/ports.py | environment
 	$(RUN) $*
+
+endif

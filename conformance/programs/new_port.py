@@ -2,6 +2,7 @@
 """The skeleton of a port: a folder with port.mk, port.toml, and a program that states its contract and fails."""
 
 import re
+import tempfile
 from pathlib import Path
 
 from conformance.programs.ports import ROOT, read_ports
@@ -59,17 +60,25 @@ exit 1
 
 
 def write_skeleton(name: str, root: Path = ROOT) -> list[Path]:
-    """Write the folder of a new port and return its files.
+    """Write the folder of a new port, whole or not at all, and return its files.
 
-    Raises ValueError for a name that is no lower-case identifier, or is taken, by a port or a folder.
+    Raises ValueError for a name that is no lower-case identifier, or is taken.
     """
-    if not re.fullmatch(r"[a-z][a-z0-9]*", name):
-        raise ValueError(f"found the name {name!r}, expected lower-case letters and digits, such as fortran")
-    folder = root / name
-    if name in read_ports(root) or folder.exists():
-        raise ValueError(f"there is already a port or a folder {name!r}")
-    folder.mkdir()
+    if not re.fullmatch(r"[a-z][a-z0-9]{0,29}", name):
+        raise ValueError(f"found the name {name!r}, expected at most 30 lower-case letters and digits, such as fortran")
+    if name in taken(root):
+        raise ValueError(f"found the name {name!r}, which a port, a file, or the Makefile has; expected another one")
     texts = {"port.mk": PORT_MK, "port.toml": PORT_TOML, "Chapter17_Lesson1.sh": PROGRAM}
-    for file, text in texts.items():
-        (folder / file).write_text(text.format(name=name))
-    return [folder / file for file in texts]
+    with tempfile.TemporaryDirectory(dir=root, prefix=".") as place:
+        part = Path(place) / name
+        part.mkdir()
+        for file, text in texts.items():
+            (part / file).write_text(text.format(name=name))
+        part.rename(root / name)
+    return [root / name / file for file in texts]
+
+
+def taken(root: Path = ROOT) -> set[str]:
+    """The names that no new port can have: those of ports, of what stands at the top, and what the Makefile keeps."""
+    kept = re.findall(r"^(?:TARGETS|KEPT) := (.*)$", (root / "Makefile").read_text(), flags=re.MULTILINE)
+    return {*read_ports(root), *" ".join(kept).split(), *(path.stem.lower() for path in root.iterdir())}

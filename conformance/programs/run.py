@@ -57,7 +57,7 @@ def compile_command(port: Port) -> list[str]:
     """The compiler's line of the Makefile, to be run at the top of a tree; nothing where nothing is compiled."""
     if not port.target:
         return []
-    make = ["make", "--dry-run", "--always-make", f"build/{port.name}/{port.target}"]
+    make = ["make", "ALONE=yes", "--dry-run", "--always-make", f"build/{port.name}/{port.target}"]
     answer = subprocess.run(make, cwd=port.folder.parent, env=as_a_user(), capture_output=True, text=True, check=True)
     return shlex.split(answer.stdout.splitlines()[-1])
 
@@ -124,4 +124,7 @@ if __name__ == "__main__":
     if "--engine" in sys.argv:
         choose_engine(asked)
     else:
-        sys.exit(run(asked))
+        try:
+            sys.exit(run(asked))
+        except KeyboardInterrupt:  # of which make tells
+            sys.exit(130)

@@ -34,7 +34,7 @@ PATIENCE_WITH_MATLAB = 600  # s, for a proprietary engine: two slow starts, and 
 RUNNER = ROOT / "conformance" / "programs" / "run.py"
 PACKAGES = ("numpy", "scipy", "woxi")  # of .venv, on which programs run
 MAKE_NEEDS = (
-    "Makefile", "conformance/__init__.py", "conformance/foreign.py", "conformance/setup.sh",
+    "Makefile", "conformance/__init__.py", "conformance/foreign.py", "conformance/alone.sh", "conformance/setup.sh",
     "conformance/programs/__init__.py", "conformance/programs/ports.py",
     "conformance/theory/__init__.py", "conformance/theory/numbers.py",
 )  # fmt: skip
@@ -275,8 +275,8 @@ def _run(one: Job, running: set[subprocess.Popen[bytes]], over: Event) -> None:
     one.folder.mkdir(parents=True)
     with open(one.tree / "build" / f"{one.port.name}.log", "wb") as log:
         process = subprocess.Popen(
-            ["make", "-o", ".venv/installed", one.port.name], cwd=one.tree, env=as_a_user(), start_new_session=True,
-            stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+            ["make", "ALONE=yes", "-o", ".venv/installed", one.port.name], cwd=one.tree, env=as_a_user(),
+            start_new_session=True, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
         )  # fmt: skip
         running.add(process)
         if over.is_set():

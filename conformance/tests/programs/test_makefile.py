@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from conformance.programs.ports import read_ports
-from conformance.programs.run import choose_engine
+from conformance.programs.run import as_a_user, choose_engine
 from conformance.tests.under_test import AWK, make, write_awk
 from conformance.trials.variant import copy_tree
 
@@ -152,6 +152,56 @@ def test_an_interrupted_run_is_not_taken_for_done(copy_of_the_tree: CopyOfTheTre
     assert started.exists() and interrupted.wait(timeout=60) != 0
     assert not any((root / "build/python" / name).exists() for name in ("done", "run.json"))
     assert not list((root / "build/python").glob("*.csv"))
+
+
+SLOW = '    while (waited++ < 600 && (getline line < "go") < 0) system("sleep 0.05")\n    main()\n'
+
+
+@pytest.fixture
+def slow_tree(tree: Path) -> Path:
+    """A tree in which the program waits for the file build/awk/go."""
+    source = tree / "awk" / AWK.name
+    source.write_text(source.read_text().replace("    main()\n", SLOW, 1))
+    return tree
+
+
+def start(root: Path, *words: str) -> subprocess.Popen[str]:
+    """make in a tree, by itself in its session, which hears the interrupt key."""
+    return subprocess.Popen(
+        ["make", *words], cwd=root, env=as_a_user(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+
+
+def wait_for(path: Path) -> None:
+    for _ in range(600):
+        if path.exists():
+            return
+        time.sleep(0.05)
+    raise AssertionError(f"{path} did not come")
+
+
+def test_an_interrupt_is_told_in_one_line(slow_tree: Path) -> None:
+    (slow_tree / "build/awk/stdout.txt").unlink()
+    with start(slow_tree, "all", "PORTS=awk") as asked:
+        wait_for(slow_tree / "build/awk/stdout.txt")
+        os.killpg(asked.pid, signal.SIGINT)
+        _, said = asked.communicate(timeout=60)
+    assert asked.returncode != 0 and len(said.splitlines()) == 1 and "Interrupt" in said, said
+    assert not (slow_tree / "build/awk/done").exists()
+
+
+def test_a_second_make_says_that_it_waits_and_finds_the_work_done(slow_tree: Path) -> None:
+    (slow_tree / "build/awk/stdout.txt").unlink()
+    with start(slow_tree, "awk") as first:
+        wait_for(slow_tree / "build/awk/stdout.txt")
+        with start(slow_tree, "awk") as second:
+            assert second.stderr is not None
+            assert second.stderr.readline() == "make: another make is at work in this tree; waiting until it ends\n"
+            (slow_tree / "build/awk/go").write_text("go\n")
+            answer, said = second.communicate(timeout=60)
+        assert first.wait(timeout=60) == 0
+    assert (second.returncode, said) == (0, "") and "conformance.programs.run" not in answer
 
 
 @pytest.mark.parametrize("name", ["matlab", "simulink", "mathematica"])
