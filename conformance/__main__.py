@@ -16,7 +16,9 @@ from typing import NoReturn
 
 from conformance.atomic import check_output, withdraw, write_atomically, write_output
 from conformance.foreign import plain, regular, shown
+from conformance.places import IN_A_CLONE
 from conformance.theory.numbers import EXACT, exact_number
+
 from conformance.theory.scenario import RANGES, SCENARIOS
 
 GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
@@ -24,6 +26,8 @@ RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform(?=$|
 SCENARIO = f"the experiment: {', '.join(SCENARIOS)}, or a TOML file with a table [scenario] (default: lesson)"
 MOST_ROWS = 1_000_000  # that truth prints
 MESSAGE = 1000  # characters of an error
+ANYWHERE = ("checks", "diff", "truth", "validate")  # what needs no clone of the repository
+
 
 
 def exact(text: str) -> Fraction:
@@ -196,6 +200,10 @@ def main() -> int:
         warnings.simplefilter("ignore")
     top = parser()
     arguments = top.parse_args()
+    if not IN_A_CLONE and arguments.command not in ANYWHERE:
+        top.error(
+            f"{arguments.command}: this needs a clone of the repository, and conformance is installed without one"
+        )
     try:
         status = COMMANDS[arguments.command](arguments)
         if sys.stdout is not None:

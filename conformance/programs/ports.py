@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from conformance.foreign import kind, plain, read_json, read_toml, shown
+from conformance.places import ROOT as ROOT
 from conformance.theory.numbers import exact_value
 
-ROOT = Path(__file__).resolve().parents[2]
 RECORD: dict[str, Any] = {  # of a run: what each key holds
     "engine": str, "engine_version": str, "proprietary": bool, "command": list, "seconds": (int, float),
     "exit_status": int, "source_sha256": str, "csv_sha256": str,

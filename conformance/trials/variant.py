@@ -34,7 +34,8 @@ PATIENCE_WITH_MATLAB = 600  # s, for a proprietary engine: two slow starts, and 
 RUNNER = ROOT / "conformance" / "programs" / "run.py"
 PACKAGES = ("numpy", "scipy", "woxi")  # of .venv, on which programs run
 MAKE_NEEDS = (
-    "Makefile", "conformance/__init__.py", "conformance/foreign.py", "conformance/alone.sh", "conformance/setup.sh",
+    "Makefile", "conformance/__init__.py", "conformance/foreign.py", "conformance/places.py",
+    "conformance/alone.sh", "conformance/setup.sh",
     "conformance/programs/__init__.py", "conformance/programs/ports.py",
     "conformance/theory/__init__.py", "conformance/theory/numbers.py",
 )  # fmt: skip

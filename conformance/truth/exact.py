@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A scenario's exact solution and derived closed loop, as functions of arrays: derived once, then kept.
 
-Only the first use needs SymPy and ball arithmetic (`experiment`); what it finds is kept in build/truth.
+Only the first use needs SymPy and ball arithmetic (`experiment`); what it finds is kept in `places.proofs`.
 """
 
 import functools
@@ -9,19 +9,21 @@ import hashlib
 import io
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from importlib.metadata import version
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from conformance.programs.ports import ROOT
+from conformance.places import PACKAGE, proofs
 from conformance.theory.scenario import PARAMETERS, Scenario
 from conformance.truth import cache
 from conformance.truth.piecewise import Floats, Table
 
-KEPT = ROOT / "build" / "truth"
+KEPT = proofs()
 TARGET = 1e-18  # radius of the proof
 SAMPLES = 20001  # of the exact solution, for the largest gradients along it
 ROOMS = ("theory", "truth")  # on whose modules a proof depends
+LIBRARIES = ("mpmath", "numpy", "python-flint", "sympy")
 Function = Callable[..., list[Floats]]
 
 
@@ -126,7 +128,7 @@ def derived_functions(wave: str) -> dict[str, Function]:
 
 
 def _kept(kind: str, of: object, derive: Callable[[], bytes]) -> bytes:
-    """What is kept in build/truth, or else derived, and then kept."""
+    """What is kept, or else derived, and then kept."""
     key = _key(of)
     path = KEPT / f"{key}.{kind}"
     payload = cache.read(path, key)
@@ -137,12 +139,9 @@ def _kept(kind: str, of: object, derive: Callable[[], bytes]) -> bytes:
 
 
 def _key(of: object) -> str:
-    """A digest of this and of all that its derivation depends on: the sources and the locked libraries."""
-    digest = hashlib.sha256(repr(of).encode())
-    for path in (
-        *(path for room in ROOMS for path in sorted((ROOT / "conformance" / room).glob("*.py"))),
-        ROOT / "requirements.txt",
-    ):
+    """A digest of this and of all that its derivation depends on: the sources and the versions of the libraries."""
+    digest = hashlib.sha256(repr((of, *map(version, LIBRARIES))).encode())
+    for path in (path for room in ROOMS for path in sorted((PACKAGE / room).glob("*.py"))):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

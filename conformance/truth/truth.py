@@ -27,7 +27,7 @@ import sympy as sp
 from flint import arb, fmpq
 from numpy.typing import ArrayLike, NDArray
 
-from conformance.programs.ports import ROOT
+from conformance.places import PACKAGE, proofs
 from conformance.truth import cache as kept
 from conformance.truth import enclosure
 from conformance.truth.dense import tabulate
@@ -39,9 +39,9 @@ __all__ = ["Ball", "Enclosure", "ExactStep", "InitialValueProblem", "ProofEnded"
 
 SMALLEST, LARGEST = 1e-100, 1e100  # of targets and numbers: bounds are doubles
 ONE_AT_A_TIME = threading.Lock()
-CACHE = ROOT / "build" / "truth"
+CACHE = proofs()
 SOURCES = tuple(
-    ROOT / "conformance" / f"{name}.py"
+    PACKAGE / f"{name}.py"
     for name in (
         "theory/program", "truth/taylor", "truth/tails", "truth/enclosure", "truth/dense", "truth/piecewise",
         "truth/truth",
