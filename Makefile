@@ -106,7 +106,7 @@ environment: .venv/installed
 ports: $(PORTS)
 $(KNOWN_PORTS): %: build/%/done
 
-build/%/done: conformance/programs/run.py conformance/programs/ports.py | environment
+build/%/done: conformance/programs/run.py conformance/programs/ports.py conformance/programs/sandbox.py | environment
 	$(RUN) $*
 
 endif

@@ -246,9 +246,10 @@ def drop_output() -> None:
 def print_table(arguments: argparse.Namespace) -> int:
     """What ran and what came out."""
     from conformance.programs.ports import selected_ports
-    from conformance.programs.table import table
+    from conformance.programs.table import boxes, table
 
-    print(table(selected_ports().values()))
+    ports = selected_ports().values()
+    print(table(ports), boxes(ports), sep="\n")
     return 0
 
 

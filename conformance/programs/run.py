@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from conformance.programs.ports import ROOT, Engine, Port, read_ports
+from conformance.programs.sandbox import boxed
 
 PATIENCE = 120  # s, for an engine to tell its version
 
@@ -81,10 +82,11 @@ def run(port: Port) -> int:
     source_hash = port.source_hash()
     version = engine_version(engine, port.build)
     command = in_place(engine.command)
+    in_box, sandbox = boxed(engine, command, port.build)
     start, clock = datetime.now(UTC), time.perf_counter()
     with open(port.stdout, "wb") as stdout, open(port.build / "stderr.txt", "wb") as stderr:
         status = subprocess.run(
-            command,
+            in_box,
             cwd=port.build,
             env=headless(),
             stdin=subprocess.DEVNULL,
@@ -97,6 +99,7 @@ def run(port: Port) -> int:
         "engine_version": version,
         "proprietary": engine.proprietary,
         "command": command,
+        "sandbox": sandbox,
         "start": start.isoformat(timespec="milliseconds"),
         "seconds": round(time.perf_counter() - clock, 3),
         "exit_status": status,

@@ -7,12 +7,23 @@ from typing import Any
 from conformance.foreign import plain, regular
 from conformance.programs.ports import Port
 
+HOW = "bubblewrap gives one to open engines; its package is bubblewrap"
 HEAD = ("port", "engine and version", "rows", "final tracking error", "final estimate", "seconds")
 
 
 def table(ports: Iterable[Port]) -> str:
     """One line per port, from run.json and the CSV's last row; a port that did not run says so."""
     return layout([HEAD, *map(row, ports)])
+
+
+def boxes(ports: Iterable[Port]) -> str:
+    """Which of the programs that ran did so in a sandbox, and which did not."""
+    runs = {port.name: port.run() for port in ports}
+    inside = [name for name, run in runs.items() if run and run.get("sandbox")]
+    outside = [name for name, run in runs.items() if run and not run.get("sandbox")]
+    parts = [f"in a sandbox (no network, its own build folder alone writable): {', '.join(inside)}"] if inside else []
+    parts += [f"without a sandbox ({HOW}): {', '.join(outside)}"] if outside else []
+    return "\n".join(parts)
 
 
 def row(port: Port) -> tuple[str, ...]:

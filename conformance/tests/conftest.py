@@ -13,6 +13,7 @@ from conformance.judging.trajectory import Trajectory
 from conformance.judging.verdict import judge_all, summary, write_result
 from conformance.pages.report.page import PAGE, write_page
 from conformance.programs.ports import Port
+from conformance.programs.table import boxes
 from conformance.tests.under_test import PORTS, engine_of, trajectory_of
 from conformance.theory.scenario import LESSON
 from conformance.trials.kill_matrix import prepare
@@ -92,7 +93,7 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     judgement = judge_all(PORTS, LESSON)
     write_result(judgement)
     terminalreporter.section("programs")
-    terminalreporter.write_line(summary(judgement))
+    terminalreporter.write_line(f"{boxes(PORTS.values())}\n{summary(judgement)}")
     try:
         if not page_is_new():
             write_page(PAGE, PORTS, judgement)

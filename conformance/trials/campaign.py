@@ -26,6 +26,7 @@ from typing import Any
 from conformance.atomic import write_atomically
 from conformance.programs.ports import ROOT, Port
 from conformance.programs.run import choose_engine, compile_command, engine_version, headless, in_place
+from conformance.programs.sandbox import boxed
 from conformance.programs.table import layout
 from conformance.theory.scenario import RANGES, WAVES, Scenario, to_toml
 from conformance.trials.edits import edited, in_scenario, without_drawing
@@ -188,11 +189,13 @@ def run_program(one: Trial, tree: Path) -> str:
     """Compile and run in the scratch tree; returns what went wrong, or nothing."""
     port, compiler = one.program.port, one.program.compiler
     build = tree / "build" / port.name
-    problem = ended(compiler, tree, build) if compiler else ""
-    return problem or ended(in_place(choose_engine(port).command), build, build)
+    problem = ended(compiler, compiler[0], tree, build) if compiler else ""
+    engine = choose_engine(port)
+    command = in_place(engine.command)
+    return problem or ended(boxed(engine, command, build)[0], command[0], build, build)
 
 
-def ended(command: Sequence[str], folder: Path, build: Path) -> str:
+def ended(command: Sequence[str], name: str, folder: Path, build: Path) -> str:
     """Run one command to its end, or to the end of patience; returns what went wrong, or nothing."""
     with open(build / "stdout.txt", "wb") as stdout, open(build / "stderr.txt", "wb") as stderr:
         process = subprocess.Popen(
@@ -204,9 +207,9 @@ def ended(command: Sequence[str], folder: Path, build: Path) -> str:
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-            return f"{command[0]} did not end within {PATIENCE} s"
+            return f"{name} did not end within {PATIENCE} s"
     said = (build / "stderr.txt").read_text(errors="replace").strip().splitlines()
-    return f"{command[0]} ended with status {status}: {said[0] if said else 'it said nothing'}" if status else ""
+    return f"{name} ended with status {status}: {said[0] if said else 'it said nothing'}" if status else ""
 
 
 def judged(one: Trial, tree: Path, seconds: float) -> Outcome:
@@ -224,7 +227,7 @@ def judged(one: Trial, tree: Path, seconds: float) -> Outcome:
 def keep_files(one: Trial, tree: Path) -> None:
     """Leave the program, what it made and the scenario beside the outcome."""
     shutil.rmtree(one.kept, ignore_errors=True)
-    shutil.copytree(tree / "build" / one.program.name, one.kept, ignore=shutil.ignore_patterns("bin"))
+    shutil.copytree(tree / "build" / one.program.name, one.kept, ignore=shutil.ignore_patterns("bin", "home"))
     (one.kept / one.program.port.source).write_text(one.text, encoding="utf-8")
     (one.folder / "scenario.toml").write_text(to_toml(one.scenario))
 

@@ -36,7 +36,7 @@ PACKAGES = ("numpy", "scipy", "woxi")  # of .venv, on which programs run
 MAKE_NEEDS = (
     "Makefile", "conformance/__init__.py", "conformance/foreign.py", "conformance/places.py",
     "conformance/alone.sh", "conformance/setup.sh",
-    "conformance/programs/__init__.py", "conformance/programs/ports.py",
+    "conformance/programs/__init__.py", "conformance/programs/ports.py", "conformance/programs/sandbox.py",
     "conformance/theory/__init__.py", "conformance/theory/numbers.py",
 )  # fmt: skip
 EVERY = "every"  # stands for all ports; its text is in snake_case, spelled for each
