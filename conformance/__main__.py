@@ -175,7 +175,13 @@ def parser() -> Parser:
         "r is a sine or a cosine. See docs/campaign.md.",
     )
     random.add_argument("--count", type=positive_count, default=10, help="scenarios (default: 10)")
-    random.add_argument("--seed", type=whole_number, default=0, help="of the draw (default: 0)")
+    which = random.add_mutually_exclusive_group()
+    which.add_argument("--seed", type=whole_number, default=0, help="of the draw (default: 0)")
+    which.add_argument(
+        "--own",
+        action="store_true",
+        help="per program its own: drawn by its source, and those that reach furthest taken",
+    )
     random.add_argument(
         "--jobs", type=positive_count, default=os.cpu_count(), help="runs at a time here (default: one per core)"
     )
@@ -258,9 +264,11 @@ def check(arguments: argparse.Namespace) -> int:
     from conformance.judging.verdict import judge_all, summary, write_result
     from conformance.programs.ports import ROOT, selected_ports
     from conformance.theory.scenario import LESSON
+    from conformance.trials.coverage import with_own_experiments
 
     withdraw(ROOT / "build" / "result.json")
-    judgement = judge_all(selected_ports(arguments.ports), LESSON)
+    ports = selected_ports(arguments.ports)
+    judgement = with_own_experiments(judge_all(ports, LESSON), ports)
     write_result(judgement)
     show(summary(judgement))
     return 0 if judgement.conforms else 1
@@ -483,12 +491,16 @@ def campaign(arguments: argparse.Namespace) -> int:
 
     from conformance.programs.ports import selected_ports
     from conformance.trials.campaign import FOLDER, draw, prepare_all, report, run_campaign, trial
+    from conformance.trials.coverage import own_scenarios
 
     ports = selected_ports(names=arguments.ports)
     folder = (arguments.folder or FOLDER).resolve()
     programs = prepare_all(ports.values())
-    scenarios = [draw(arguments.seed, number) for number in range(arguments.count)]
-    trials = [trial(scenario, program, folder) for scenario in scenarios for program in programs]
+    if arguments.own:
+        trials = [trial(one, each, folder) for each in programs for one in own_scenarios(each.port, arguments.count)]
+    else:
+        scenarios = [draw(arguments.seed, number) for number in range(arguments.count)]
+        trials = [trial(scenario, program, folder) for scenario in scenarios for program in programs]
     outcomes = run_campaign(trials, arguments.scheduler, arguments.jobs or os.cpu_count() or 1)
     done = list(tqdm(outcomes, total=len(trials), unit="run", disable=None))
     print(report(done, folder))

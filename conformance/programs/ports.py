@@ -29,6 +29,8 @@ SHAPES: dict[Any, str] = {
     tuple[str, ...]: "a list of texts",
 }
 
+SIX = ("cpp", "java", "mathematica", "matlab", "python", "simulink")  # the lesson's; any other port is a guest
+
 
 @dataclass(frozen=True)
 class Engine:

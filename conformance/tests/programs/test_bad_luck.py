@@ -24,6 +24,7 @@ from conformance.trials.variant import Job, copy_what_runs, in_tree, job, run_al
 BUILD = ROOT / "build" / "bad-luck"  # kept as the variants are
 SHORT = replace(LESSON, horizon=Fraction("0.1"))
 TYPED_PATH = f"{ROOT / '.venv' / 'bin'}:{os.environ['PATH']}"  # where an environment is active
+FIRST_RUN = "first-run.csv"
 BLOW_UPS = {"x1_start": "1" + 200 * "0" + ".0", "x2_start": "1" + 300 * "0" + ".0"}
 ENGINE_REMARK = "error: ignoring const execution_exception& while preparing to exit\n"  # GNU Octave 7.3, at every end
 
@@ -54,6 +55,7 @@ def short_program(have_run: None, port: Port, tmp_path: Path) -> Port:
     root = Path(shutil.copytree(short_job(port).tree, tmp_path / "a copy", symlinks=True))
     program = read_ports(root)[port.name]
     assert program.csv.is_file(), program.build
+    (program.build / FIRST_RUN).write_bytes(program.csv.read_bytes())
     for path in program.build.glob(f"{program.csv.name}*"):
         path.unlink()
     return program
@@ -115,6 +117,7 @@ def test_program_runs_bare_as_its_head_says_and_replaces_an_old_csv(short_progra
     )  # fmt: skip
     assert answer.returncode == 0, answer.stderr
     assert not list(short_program.folder.glob("*.part"))
+    assert csv.read_bytes() == (short_program.build / FIRST_RUN).read_bytes()  # another run gives the same
     trajectory = load(csv, 0.1)  # in the transient, where every row differs from the one before it
     assert report_problems(answer.stdout.splitlines(), trajectory, LESSON, csv.name) == []
 
