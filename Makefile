@@ -15,7 +15,7 @@ RUN := $(PYTHON) -B -m conformance.programs.run
 include $(sort $(wildcard */port.mk))
 
 TARGETS := all bench check clean distclean environment help mutants ports readme report system
-KEPT := build campaign every truth variants
+KEPT := build campaign every guests truth variants
 ifneq ($(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)),)
 $(error a port cannot be called $(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)): make and the harness use that name)
 endif

@@ -146,6 +146,8 @@ def parser() -> Parser:
     design.add_argument("--large", action="store_true", help="even if it has more statements than anyone reads")
     new_port = commands.add_parser("new-port", help="write the skeleton of a port in another language")
     new_port.add_argument("name", help="lower-case letters and digits, such as fortran")
+    stages = commands.add_parser("port", help="say stage by stage how far a port has come, and what to do next")
+    stages.add_argument("name", help="of the port: its folder's")
     truth = commands.add_parser(
         "truth",
         help="the exact solution, as proven balls",
@@ -337,10 +339,10 @@ def readme(arguments: argparse.Namespace) -> int:
     """The README's table and picture."""
     from conformance.judging.verdict import judge_all
     from conformance.pages.readme import write_readme
-    from conformance.programs.ports import read_ports
+    from conformance.programs.ports import the_six
     from conformance.theory.scenario import LESSON
 
-    write_readme(judge_all(read_ports(), LESSON), read_ports())
+    write_readme(judge_all(the_six(), LESSON), the_six())
     return 0
 
 
@@ -378,11 +380,11 @@ def variants(arguments: argparse.Namespace) -> int:
 def exercises(arguments: argparse.Namespace) -> int:
     """The page of exercises, written."""
     from conformance.pages.exercises import PAGE, page
-    from conformance.programs.ports import read_ports
+    from conformance.programs.ports import the_six
     from conformance.trials import kill_matrix
     from conformance.trials.variant import read_variants
 
-    known, ports = read_variants().values(), list(read_ports().values())
+    known, ports = read_variants().values(), list(the_six().values())
     kill_matrix.prepare(known, ports)
     write_atomically(PAGE, page(known, ports, kill_matrix.outcomes(known, ports)))
     print(PAGE)
@@ -409,7 +411,7 @@ def new_port(arguments: argparse.Namespace) -> int:
     from conformance.programs.new_port import write_skeleton
 
     print("\n".join(str(path) for path in write_skeleton(arguments.name)))
-    print(f"next, see docs/porting.md: write it; make {arguments.name}; make check PORTS={arguments.name}")
+    print(f"next, as docs/porting.md says: .venv/bin/conformance port {arguments.name}")
     return 0
 
 
@@ -427,6 +429,21 @@ def design(arguments: argparse.Namespace) -> int:
     derived = derivation(experiment, arguments.large)
     print(FORMATS[arguments.format](derived), end="")
     return 0 if derived.holds else 1
+
+
+def port(arguments: argparse.Namespace) -> int:
+    """How far a port has come; 0 where every stage holds."""
+    from conformance.programs.ports import selected_ports
+    from conformance.trials.guide import guide
+
+    (asked,) = selected_ports([arguments.name]).values()
+    done = True
+    for holds, text in guide(asked):
+        print(text, flush=True)
+        done = done and holds
+    if done:
+        print(f"every stage holds; last: make check PORTS={asked.name}")
+    return 0 if done else 1
 
 
 def print_truth(arguments: argparse.Namespace) -> int:
@@ -522,6 +539,7 @@ COMMANDS = {
     "diff": diff,
     "design": design,
     "new-port": new_port,
+    "port": port,
     "truth": print_truth,
     "certify": check_certificate,
 }

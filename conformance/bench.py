@@ -22,7 +22,7 @@ import sympy as sp
 
 from conformance.judging.trajectory import load
 from conformance.judging.verdict import judge_all, judge_file
-from conformance.programs.ports import ROOT, read_ports
+from conformance.programs.ports import ROOT, read_ports, the_six
 from conformance.programs.run import choose_engine, compile_command, in_place
 from conformance.programs.table import layout
 from conformance.theory.experiment_file import read_experiment
@@ -281,7 +281,7 @@ def bench_design() -> None:
 def bench_campaign(count: int = 16) -> None:
     """A campaign on all cores, proofs included, against its compilers and engines alone, as many at a time."""
     cores = os.cpu_count() or 1
-    programs = prepare_all(read_ports().values())
+    programs = prepare_all(the_six().values())
     seed = time.time_ns()  # scenarios whose proofs are in no cache
     with tempfile.TemporaryDirectory() as name, ThreadPoolExecutor(cores) as executor:
         trials = [trial(draw(seed, number), program, Path(name)) for number in range(count) for program in programs]
@@ -312,7 +312,7 @@ def bench_page() -> None:
 
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         path = Path(name) / "index.html"
-        _, written = timed(lambda: write_page(path, read_ports(), judge_all(read_ports(), LESSON)))
+        _, written = timed(lambda: write_page(path, the_six(), judge_all(the_six(), LESSON)))
         browser_path = chromium()
         if browser_path is None:
             print("page: there is no Chromium here")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from conformance.judging.checks import CONTRACT, LARGEST_RATIO
 from conformance.judging.trajectory import STATES
 from conformance.judging.verdict import judge_port
-from conformance.programs.ports import ROOT, Engine, Port, read_ports
+from conformance.programs.ports import ROOT, Engine, Port, the_six
 from conformance.theory.scenario import LESSON
 
 PAGE = ROOT / "docs" / "tolerances.md"
@@ -29,7 +29,7 @@ beside the figure. The exact solution adds nothing: its error is below 1e-15 of 
 
 def page() -> str:
     """The page, from the last runs; raises ValueError where a port has not run, or does not conform."""
-    return HEAD + "".join(f"| {' | '.join(row)} |\n" for port in read_ports().values() for row in rows(port))
+    return HEAD + "".join(f"| {' | '.join(row)} |\n" for port in the_six().values() for row in rows(port))
 
 
 def rows(port: Port) -> Iterator[tuple[str, ...]]:

@@ -151,6 +151,11 @@ def read_ports(root: Path = ROOT) -> dict[str, Port]:
     return ports
 
 
+def the_six(root: Path = ROOT) -> dict[str, Port]:
+    """The lesson's own ports, of which README, tolerances and exercises tell."""
+    return {name: port for name, port in read_ports(root).items() if name in SIX}
+
+
 def _port(name: str, folder: Path, given: Any) -> Port:
     facts = _table(given, name)
     engines = facts.pop("engine")

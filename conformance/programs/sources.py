@@ -59,8 +59,14 @@ def snake(text: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(DD|[A-Z])", lambda m: "_" + m[1].lower(), text)
 
 
+def spaced(text: str) -> str:
+    """A pattern for the text with any spaces or none between its words and signs, as formatters set them."""
+    return r"[ \t]*".join(map(re.escape, re.findall(r"\w+|\n|[^\w\s]", text)))
+
+
 def statement(port: Port, text: str) -> str:
-    """A tagged statement in the words that all programs share, without what is the language's own."""
+    """A tagged statement in the words that all programs share, without spaces and what is the language's own."""
+    text = _defined(port, text)
     text = re.sub(r"\b(constexpr|const|static|final|double|return)\b", "", text)
     text = re.sub(r"\b(np\.|std::|Math\.|control\.)", "", text)
     text = re.sub(r'^ *Cell\["', "", text)
@@ -70,9 +76,22 @@ def statement(port: Port, text: str) -> str:
         text = re.sub(r"\b(Sin|Cos)\[([^]]*)\]", lambda m: f"{m[1].lower()}({m[2]})", text)
     if port.constants == "upper":
         text = re.sub(r"\b[A-Z][A-Z0-9_]*\b", lambda m: m[0].lower(), text)
+    for common, pattern in port.functions:
+        begin, end = map(spaced, pattern.split("{}"))
+        text = re.sub(rf"(?<!\w){begin}((?:[^()]|\([^()]*\))*?){end}", rf"{common}(\1)", text)
     text = snake(" ".join(text.strip(" ;,'").split()))
     for common, own in port.exceptions:
         text = re.sub(rf"\b{own}\b", common, text)
+    return re.sub(r"\s+", "", text)
+
+
+def _defined(port: Port, text: str) -> str:
+    """name = expression, of a constant or definition as port.toml says that they are written."""
+    for pattern in (port.constant, port.definition):
+        begin, middle, end = re.split(r"\{name\}|\{value\}|\{expression\}", pattern)
+        found = re.fullmatch(rf"\s*{spaced(begin)}\s*(\w+)\s*{spaced(middle)}\s*(.*?)\s*{spaced(end)}\s*", text)
+        if found and "=" in middle:
+            return f"{found[1]} = {found[2]}"
     return text
 
 

@@ -33,7 +33,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    if "port" in metafunc.fixturenames:
+    if "port" in metafunc.fixturenames and not any(
+        "port" in mark.args[:1] for mark in metafunc.definition.iter_markers()
+    ):
         metafunc.parametrize("port", PORTS.values(), ids=PORTS)
 
 

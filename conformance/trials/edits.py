@@ -9,7 +9,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 from conformance.programs.ports import Port
-from conformance.programs.sources import camel, source
+from conformance.programs.sources import camel, source, spaced
 from conformance.theory.scenario import LESSON, NUMBERS, Scenario
 
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
@@ -23,19 +23,20 @@ AMPLITUDES = (("r", "amplitude"), ("r_dot", "amplitude * omega"), ("r_ddot", "am
 
 @dataclass(frozen=True)
 class Edit:
-    """A text that must occur exactly once, and what takes its place."""
+    """A text that must occur exactly once, and what takes its place; `loose`: however it is spaced, as in z1=x1 - r."""
 
     old: str
     new: str
+    loose: bool = False
 
 
 def edited(text: str, edits: Iterable[Edit]) -> str:
     """The text after the edits, one after another; raises ValueError unless each finds its old text exactly once."""
     for edit in edits:
-        count = text.count(edit.old)
-        if count != 1:
-            raise ValueError(f"found {edit.old!r} {count} times, expected once")
-        text = text.replace(edit.old, edit.new)
+        found = list(re.finditer(spaced(edit.old) if edit.loose else re.escape(edit.old), text))
+        if len(found) != 1:
+            raise ValueError(f"found {edit.old!r} {len(found)} times, expected once")
+        text = text[: found[0].start()] + edit.new + text[found[0].end() :]
     return text
 
 
@@ -47,6 +48,11 @@ def spelled(port: Port, text: str) -> str:
     row = port.derivative and re.fullmatch(r"(x\d+)_dot", defined)
     pattern, name = (port.derivative, row[1]) if row else (port.definition, defined)
     return pattern.format(name=spelled_name(port, name), expression=_expression(port, expression))
+
+
+def spelled_edit(port: Port, old: str, new: str) -> Edit:
+    """An edit of a statement that every program has, as this port spells it, and whatever its spacing."""
+    return Edit(spelled(port, old), spelled(port, new), loose=True)
 
 
 def _expression(port: Port, text: str) -> str:
@@ -71,8 +77,8 @@ def spelled_name(port: Port, name: str) -> str:
 @functools.cache
 def constant_names(port: Port) -> frozenset[str]:
     """The names that the section Parameters states, as the port spells them."""
-    pattern = re.escape(port.constant.partition("{value}")[0]).replace(re.escape("{name}"), r"(\w+)")
-    return frozenset(re.findall(rf"^ *(?:Cell\[\")?{pattern}", parameters(port, source(port)), flags=re.MULTILINE))
+    pattern = spaced(port.constant.partition("{value}")[0].replace("{name}", "\0")).replace(re.escape("\0"), r"(\w+)")
+    return frozenset(re.findall(rf"^[ \t]*(?:Cell\[\")?{pattern}", parameters(port, source(port)), flags=re.MULTILINE))
 
 
 def parameters(port: Port, text: str) -> str:
@@ -83,10 +89,8 @@ def parameters(port: Port, text: str) -> str:
 
 def constant_value(port: Port, text: str, name: str) -> str | None:
     """A constant as the section Parameters states it; None where the program has none of that name."""
-    before, after = (
-        re.escape(part) for part in port.constant.format(name=spelled_name(port, name), value="\0").split("\0")
-    )
-    found = re.findall(rf"(?<!\w){before}({NUMBER}){after}", parameters(port, text))
+    before, after = map(spaced, port.constant.format(name=spelled_name(port, name), value="\0").split("\0"))
+    found = re.findall(rf"(?<!\w){before}[ \t]*({NUMBER})(?![\w.])[ \t]*{after}", parameters(port, text))
     return found[0] if len(found) == 1 else None
 
 
@@ -95,7 +99,8 @@ def constant_edit(port: Port, text: str, name: str, value: str) -> Edit:
     old = constant_value(port, text, name)
     if old is None:
         raise ValueError(f"no constant {spelled_name(port, name)!r} in the section Parameters")
-    return Edit(*(port.constant.format(name=spelled_name(port, name), value=number) for number in (old, value)))
+    before, after = (port.constant.format(name=spelled_name(port, name), value=number) for number in (old, value))
+    return Edit(before, after, loose=True)
 
 
 def decimal(value: Fraction) -> str:
@@ -115,7 +120,7 @@ def scenario_edits(port: Port, text: str, scenario: Scenario) -> list[Edit]:
     if intervals and scenario.horizon != LESSON.horizon:
         count = max(1, round(int(intervals) * scenario.horizon / LESSON.horizon))
         edits.append(constant_edit(port, text, "intervals", str(count)))
-    edits += [Edit(spelled(port, old), spelled(port, new)) for old, new in _reference(scenario) if old != new]
+    edits += [spelled_edit(port, old, new) for old, new in _reference(scenario) if old != new]
     return edits
 
 

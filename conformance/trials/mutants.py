@@ -25,7 +25,7 @@ SCENARIO = replace(LESSON, horizon=Fraction(1))  # the transient, where every te
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.toml")
 OPPOSITE = {"+": "-", "-": "+", "*": "/", "/": "*"}
 SITE = re.compile(
-    r"(?<= )(?P<operator>[-+*/])(?= )"  # between operands
+    r"(?P<operator>(?<= )[-+*/](?= )|(?<=[\w)\]])(?<!\de)[-+*/](?=[\w(]))"  # between operands
     r"|(?<== )(?P<minus>-)(?=[A-Za-z])"  # of a first operand
     r"|(?<![\w.\[])(?P<number>\d+(?:\.\d+)?)(?![\w.\]])"  # but no index
 )

@@ -2,7 +2,9 @@
 """Variants: edited copies of the tree, run by their own Makefile in build/variants/<name>/, and judged.
 
 A variant is a TOML file of conformance/trials/variants/: an experiment, which every program must pass when so edited,
-or a mistake, which a named check must refuse. A result is kept until something that it depends on changes.
+or a mistake, which a named check must refuse. Its edits there are in words that all programs share; what a program
+spells in its own, or why it has no such text, stands in variants.toml beside it. A result is kept until something that
+it depends on changes.
 """
 
 import fcntl
@@ -25,7 +27,7 @@ from typing import Any
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.run import as_a_user, choose_engine
 from conformance.theory.scenario import LESSON, Scenario, scenario
-from conformance.trials.edits import Edit, constant_edit, edited, in_scenario, spelled, without_drawing
+from conformance.trials.edits import Edit, constant_edit, edited, in_scenario, spelled_edit, without_drawing
 
 DATA = Path(__file__).with_name("variants")
 BUILD = ROOT / "build" / "variants"
@@ -39,8 +41,10 @@ MAKE_NEEDS = (
     "conformance/programs/__init__.py", "conformance/programs/ports.py", "conformance/programs/sandbox.py",
     "conformance/theory/__init__.py", "conformance/theory/numbers.py",
 )  # fmt: skip
+OWN = "variants.toml"  # in the folder of a port
+UNWRITTEN = "not written yet"  # the reason that a new port begins with
 EVERY = "every"  # stands for all ports; its text is in snake_case, spelled for each
-KEYS = {"title", "section", "shows", "refused_by", "scenario", "constants", "edits", "without"}
+KEYS = {"title", "section", "shows", "refused_by", "scenario", "constants", "edits"}
 
 
 @dataclass(frozen=True)
@@ -72,16 +76,50 @@ class Variant:
 # ---- Reading ----
 
 
-def read_variants(folder: Path = DATA) -> dict[str, Variant]:
-    """Every variant of a folder, by name; raises ValueError for what makes no sense."""
-    return {path.stem: read_variant(path) for path in sorted(folder.glob("*.toml"))}
+def read_variants(folder: Path = DATA, root: Path = ROOT) -> dict[str, Variant]:
+    """Every variant of a folder, by name, with what the ports have of their own; raises ValueError for nonsense."""
+    variants = {path.stem: read_variant(path) for path in sorted(folder.glob("*.toml"))}
+    for path in sorted({port.folder / OWN for port in read_ports(root).values()}):
+        if path.is_file():
+            _add_own(variants, path)
+    return variants
+
+
+def _add_own(variants: dict[str, Variant], path: Path) -> None:
+    """Add the edits and reasons of the ports of one folder."""
+    ports = [port.name for port in read_ports(path.parent.parent).values() if port.folder == path.parent]
+    where = f"{path.parent.name}/{path.name}"
+    for port, own in _toml(path, where).items():
+        if port not in ports:
+            raise ValueError(f"{where}: found the port {port}, expected {' or '.join(ports)}")
+        for name, entry in own.items():
+            if name not in variants:
+                raise ValueError(f"{where}: found the variant {port}.{name}, expected one of {' '.join(variants)}")
+            if not isinstance(entry, dict) or entry.keys() not in ({"edits"}, {"without"}):
+                raise ValueError(f"{where}: {port}.{name}: expected either edits or without")
+            try:
+                edits = tuple((port, _edit(edit)) for edit in entry.get("edits", ()))
+            except ValueError as error:
+                raise ValueError(f"{where}: {port}.{name}: {error}") from None
+            without = tuple((port, str(reason)) for kind, reason in entry.items() if kind == "without")
+            old = variants[name]
+            variants[name] = replace(old, edits=(*old.edits, *edits), without=(*old.without, *without))
+
+
+def _toml(path: Path, where: str) -> dict[str, Any]:
+    """A TOML file, its numbers as texts; raises ValueError, naming it."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"), parse_float=str)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{where}: {error}") from None
 
 
 def read_variant(path: Path) -> Variant:
     """The variant of a TOML file; raises ValueError, naming the file."""
+    table = _toml(path, path.name)
     try:
-        return _variant(path.stem, tomllib.loads(path.read_text(encoding="utf-8"), parse_float=str))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, ValueError) as error:
+        return _variant(path.stem, table)
+    except ValueError as error:
         raise ValueError(f"{path.name}: {error}") from None
 
 
@@ -89,33 +127,19 @@ def _variant(name: str, table: dict[str, Any]) -> Variant:
     unknown, missing = table.keys() - KEYS, {"title", "section", "shows"} - table.keys()
     if unknown or missing:
         raise ValueError(f"unknown {' '.join(sorted(unknown)) or '-'}; missing {' '.join(sorted(missing)) or '-'}")
-    edits, without = table.get("edits", {}), table.get("without", {})
-    stray = (edits.keys() | without.keys()) - {EVERY, *_port_names()}
-    if stray:
-        raise ValueError(
-            f"found the port {' '.join(sorted(stray))}, expected {EVERY} or one of {' '.join(_port_names())}"
-        )
-    if edits.keys() & without.keys():
-        raise ValueError(f"found edits for a port without: {' '.join(sorted(edits.keys() & without.keys()))}")
     return Variant(
         name=name,
         scenario=scenario(table.get("scenario", {})),
         constants=tuple((constant, str(value)) for constant, value in table.get("constants", {}).items()),
-        edits=tuple((port, _edit(edit)) for port, some in edits.items() for edit in some),
-        without=tuple(without.items()),
+        edits=tuple((EVERY, _edit(edit)) for edit in table.get("edits", ())),
         **{key: table[key] for key in ("title", "section", "shows", "refused_by") if key in table},
     )
 
 
-@functools.cache
-def _port_names() -> tuple[str, ...]:
-    return tuple(read_ports())
-
-
 def _edit(table: dict[str, str]) -> Edit:
-    if table.keys() != {"old", "new"}:
+    if not isinstance(table, dict) or table.keys() != {"old", "new"}:
         raise ValueError(f"found an edit of {' '.join(table) or 'nothing'}, expected old and new")
-    return Edit(**table)
+    return Edit(table["old"], table["new"])
 
 
 # ---- Editing ----
@@ -125,10 +149,10 @@ def own_edits(variant: Variant, port: Port) -> list[Edit]:
     """The edits of a variant in a port's spelling, those of its scenario left out; raises ValueError for none."""
     text = in_scenario(port, variant.scenario)
     edits = [constant_edit(port, text, name, value) for name, value in variant.constants]
-    edits += [Edit(spelled(port, e.old), spelled(port, e.new)) for name, e in variant.edits if name == EVERY]
+    edits += [spelled_edit(port, e.old, e.new) for name, e in variant.edits if name == EVERY]
     edits += [e for name, e in variant.edits if name == port.name]
     if not edits and variant.refused_by:
-        raise ValueError("found neither an edit nor a reason why there is none")
+        raise ValueError(f"found neither an edit nor a reason why there is none in {port.folder.name}/{OWN}")
     return edits
 
 
@@ -161,7 +185,7 @@ def copy_what_runs(destination: Path) -> None:
 
 def _share_environment(destination: Path) -> None:
     if not (destination / ".venv").exists():
-        (destination / ".venv").symlink_to(ROOT / ".venv")
+        (destination / ".venv").symlink_to((ROOT / ".venv").resolve())
 
 
 # ---- Running ----
@@ -216,7 +240,7 @@ def job(tree: Path, port: Port, text: str) -> Job:
 def _runs_on(port: Port) -> str:
     """A digest of what a port runs on, but for its source and the facts that do not change a result."""
     beside = (path for path in sorted(port.folder.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
-    paths = [RUNNER, *(path for path in beside if path.name != "port.toml" and path != port.source_path)]
+    paths = [RUNNER, *(path for path in beside if path.name not in ("port.toml", OWN) and path != port.source_path)]
     digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
     return " ".join([*digests, *map(version, PACKAGES)])
 

@@ -11,7 +11,7 @@ from conformance.judging.checks import CHECKS, CONTRACT, LARGEST_RATIO, Check, T
 from conformance.judging.measured import Measured, interpolation_error
 from conformance.judging.trajectory import Trajectory
 from conformance.pages.tolerances import PAGE, page
-from conformance.programs.ports import read_ports
+from conformance.programs.ports import the_six
 from conformance.tests.under_test import PORTS, engine_of, trajectory_of
 from conformance.theory.scenario import LESSON
 from conformance.truth.exact import exact
@@ -53,7 +53,7 @@ def test_tolerances_of_engines_that_ran_are_at_most_10_times_the_largest_error(
 
 def test_page_of_tolerances_is_current() -> None:
     """Another compiler or library may round otherwise: measured figures may differ by a tenth."""
-    if set(PORTS) != set(read_ports()):
+    if not the_six().keys() <= PORTS.keys():
         pytest.skip("PORTS leaves some out")
     written, now = ([line.split("|") for line in text.splitlines()] for text in (PAGE.read_text(), page()))
     measured = slice(5, 7)

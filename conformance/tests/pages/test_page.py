@@ -18,9 +18,8 @@ from conformance.pages.report.equations import EQUATIONS
 from conformance.pages.report.listing import highlighted, highlighting
 from conformance.pages.report.page import HERE, cell, outcome, raw
 from conformance.pages.report.playground import PROGRAM, mistakes, program_text
-from conformance.programs.ports import read_ports
 from conformance.programs.sources import STEPS, cut, source, statements
-from conformance.tests.under_test import PORTS, trajectory_of
+from conformance.tests.under_test import FIRST, PORTS, trajectory_of
 from conformance.theory.scenario import LESSON
 from conformance.trials.variant import read_variants
 from conformance.truth.exact import exact
@@ -28,7 +27,6 @@ from conformance.truth.exact import exact
 LARGEST = 3_000_000  # bytes
 
 VARIANTS = read_variants()
-FIRST = next(iter(read_ports().values()))
 
 
 @pytest.fixture(scope="module")

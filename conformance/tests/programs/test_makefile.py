@@ -55,7 +55,7 @@ def test_an_up_to_date_tree_runs_nothing(tree: Path) -> None:
 
 
 def test_a_changed_source_runs_its_program_again(tree: Path) -> None:
-    os.utime(tree / "awk" / AWK.name)
+    os.utime(tree / "awk" / AWK)
     assert "conformance.programs.run awk" in make(tree, "awk").stdout
 
 
@@ -73,7 +73,7 @@ def test_a_source_that_does_not_compile_leaves_nothing_stale(copy_of_the_tree: C
 
 
 def test_a_program_that_fails_is_not_taken_for_done(tree: Path) -> None:
-    source = tree / "awk" / AWK.name
+    source = tree / "awk" / AWK
     source.write_text(source.read_text().replace("    main()\n", '    print "too stiff" > "/dev/stderr"; exit 1\n'))
     answer = make(tree, "awk")
     assert answer.returncode != 0 and "awk: awk ended with status 1" in answer.stderr
@@ -160,7 +160,7 @@ SLOW = '    while (waited++ < 600 && (getline line < "go") < 0) system("sleep 0.
 @pytest.fixture
 def slow_tree(tree: Path) -> Path:
     """A tree in which the program waits for the file build/awk/go."""
-    source = tree / "awk" / AWK.name
+    source = tree / "awk" / AWK
     source.write_text(source.read_text().replace("    main()\n", SLOW, 1))
     return tree
 

@@ -49,7 +49,7 @@ def test_there_is_no_network(tmp_path: Path) -> None:
 @in_a_box
 def test_a_program_that_forges_the_truth_is_stopped(copy_of_the_tree: Callable[..., Path]) -> None:
     root = copy_of_the_tree(write_awk)
-    source = root / "awk" / AWK.name
+    source = root / "awk" / AWK
     source.write_text(source.read_text().replace("    main()\n", '    print "forged" > "../truth/forged"; main()\n', 1))
     answer = make(root, "awk")
     assert answer.returncode != 0 and "awk: awk ended with status 2" in answer.stderr

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from conformance.programs.ports import ROOT, read_ports
+from conformance.programs.ports import ROOT, the_six
 from conformance.tests.under_test import PORTS
 from conformance.trials.edits import in_scenario
 from conformance.trials.mutants import (
@@ -22,7 +22,7 @@ from conformance.trials.mutants import (
 )
 from conformance.trials.variant import runnable
 
-ALL = read_ports()
+ALL = the_six()
 MADE = {name: mutants(port) for name, port in ALL.items()}
 FIRST = next(iter(runnable(PORTS.values())))
 

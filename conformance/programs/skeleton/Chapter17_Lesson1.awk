@@ -8,6 +8,8 @@
 #               phi: regressor;  theta_hat: estimate of theta;  x_dot: time derivative of x;
 #               alpha1_x1: partial derivative of alpha1 with respect to x1
 #     (n)       section n of the lesson
+#
+#     run       awk -f Chapter17_Lesson1.awk
 
 # ---- Parameters ----
 
@@ -23,7 +25,7 @@ BEGIN {
     theta_hat_start = 0.0  # (15) theta_hat at t = 0
     final_time = 20.0  # (15) horizon, s
     h = 0.002  # step of RK4, and interval between logged times, s
-    csv_name = "Chapter17_Lesson1_awk.csv"
+    csv_name = "Chapter17_Lesson1_NAME.csv"
     main()
 }
 
@@ -63,13 +65,15 @@ function closed_loop(t, x1, x2, theta_hat) {
 
 # ---- Integrate ----
 
-function stage(t, step, weight) {  # adds the slope at state + step * last slope
+# adds weight times the slope at the state after a step of the given length along the last slope
+function stage(t, step, weight) {
     closed_loop(t, x[1] + step * x1_dot, x[2] + step * x2_dot, x[3] + step * theta_hat_dot)
     sum[1] += weight * x1_dot
     sum[2] += weight * x2_dot
     sum[3] += weight * theta_hat_dot
 }
 
+# slopes at the start, twice at the middle, and at the end of the step
 function rk4_step(t,    i) {
     for (i = 1; i <= 3; i++) sum[i] = 0
     x1_dot = x2_dot = theta_hat_dot = 0
@@ -80,30 +84,57 @@ function rk4_step(t,    i) {
     for (i = 1; i <= 3; i++) x[i] += h / 6 * sum[i]
 }
 
-# ---- Write CSV ----
-
-function write_row(t) {
-    reference(t)
-    printf "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", t, x[1], x[2], x[3], r, x[1] - r > (csv_name ".part")
+function fail(reason) {
+    print "Chapter17_Lesson1: " reason > "/dev/stderr"
+    exit 1
 }
 
-# ---- Report ----
-
-function main(    i, steps) {
+# logs the state at t = i h, from the index: a running sum would drift
+function simulate(    i, steps) {
     steps = int(final_time / h + 1 / 2)
     x[1] = x1_start
     x[2] = x2_start
     x[3] = theta_hat_start
-    print "t,x1,x2,theta_hat,reference,tracking_error" > (csv_name ".part")
+    begin_csv()
     for (i = 0; i < steps; i++) {
         write_row(i * h)
         rk4_step(i * h)
+        for (j = 1; j <= 3; j++) if (sprintf("%g", x[j]) ~ /n/) fail("integration failed at t = " i * h ": state not finite")
     }
     write_row(steps * h)
-    close(csv_name ".part")
-    if (system("mv " csv_name ".part " csv_name)) exit 1
+    end_csv()
+}
+
+# ---- Write CSV ----
+
+# under another name until it is complete, so that no half-written CSV looks whole
+function begin_csv() {
+    part = csv_name ".part"
+    writer = "cat > " part
+    if (system("test ! -d " csv_name)) fail("cannot write " csv_name)
+    print "t,x1,x2,theta_hat,reference,tracking_error" | writer
+}
+
+function write_row(t) {
+    reference(t)
+    printf "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", t, x[1], x[2], x[3], r, x[1] - r | writer
+}
+
+function end_csv() {
+    if (close(writer)) exit 1  # it has said why
+    if (system("mv " part " " csv_name)) fail("cannot write " csv_name)
+}
+
+# ---- Report ----
+
+function report() {
     printf "Final tracking error: %.6e\n", x[1] - r
     printf "Final parameter estimate: %.10f\n", x[3]
     printf "True parameter: %.10f\n", theta_true
     print "Data written to " csv_name
+}
+
+function main() {
+    simulate()
+    report()
 }
