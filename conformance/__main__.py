@@ -18,7 +18,6 @@ from conformance.atomic import check_output, withdraw, write_atomically, write_o
 from conformance.foreign import plain, regular, shown
 from conformance.places import IN_A_CLONE
 from conformance.theory.numbers import EXACT, exact_number
-
 from conformance.theory.scenario import RANGES, SCENARIOS
 
 GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
@@ -27,7 +26,6 @@ SCENARIO = f"the experiment: {', '.join(SCENARIOS)}, or a TOML file with a table
 MOST_ROWS = 1_000_000  # that truth prints
 MESSAGE = 1000  # characters of an error
 ANYWHERE = ("checks", "diff", "truth", "validate")  # what needs no clone of the repository
-
 
 
 def exact(text: str) -> Fraction:

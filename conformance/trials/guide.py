@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from conformance.judging.measured import Measured
+from conformance.judging.report import read_report, report_problems
 from conformance.judging.trajectory import STATES, TrajectoryError, load
-from conformance.judging.verdict import Judgement, judge_file, judge_port, report_problems
+from conformance.judging.verdict import Judgement, judge_file, judge_port
 from conformance.programs.new_port import AWK
 from conformance.programs.ports import ROOT, SIX, Port, read_ports
 from conformance.programs.run import as_a_user, choose_engine, engine_version
@@ -94,7 +95,8 @@ def csv(port: Port) -> str:
 def stdout(port: Port) -> str:
     """The four lines are printed, and say what the CSV says."""
     trajectory = load(port.csv, float(LESSON.horizon))
-    problems = report_problems(port.stdout.read_text(errors="replace"), trajectory, LESSON, port.csv.name)
+    lines, _ = read_report(port.stdout)
+    problems = report_problems(lines, trajectory, LESSON, port.csv.name)
     if problems:
         raise Unmet("\n".join(problems))
     return "the four lines say what the CSV says"

@@ -180,7 +180,9 @@ def test_a_program_without_a_csv_does_not_pass(one: Trial, old: str, new: str, r
 
 
 def test_a_program_that_does_not_compile_does_not_pass(tmp_path: Path) -> None:
-    outcome = carry_out(spoilt(trial_of(read_ports()["cpp"], tmp_path), "double theta_true = ", "int theta_true = "), "")
+    outcome = carry_out(
+        spoilt(trial_of(read_ports()["cpp"], tmp_path), "double theta_true = ", "int theta_true = "), ""
+    )
     assert outcome.status == "error" and "g++ ended with status 1" in outcome.reason
 
 
