@@ -131,3 +131,34 @@ def test_readme_says_how_to_run_each_program_bare(name: str) -> None:
         if line.startswith(f"    (cd {port.folder.name} && ")
     ]
     assert any(all(command in line for command in as_its_head_says(port)) for line in lines), lines
+
+
+@pytest.mark.parametrize("name", [name for name in ("matlab", "simulink") if name in PORTS])
+def test_matlab_programs_return_their_variables_when_asked(have_run: None, name: str, tmp_path: Path) -> None:
+    tree = Path(shutil.copytree(short_job(PORTS[name]).tree, tmp_path / "tree", symlinks=True))
+    stem = PORTS[name].source.removesuffix(".m")
+    code = f"r = {stem}; disp(strjoin(fieldnames(r)', ' ')); disp(numel(r.x1) == numel(r.t)); {stem}"
+    answer = subprocess.run(
+        ["octave-cli", "--norc", "--path", "octave", "--eval", code],
+        cwd=tree / "matlab", env=headless(), capture_output=True, text=True,
+    )  # fmt: skip
+    lines = answer.stdout.splitlines()
+    assert lines[4:6] == ["t x1 x2 thetaHat referenceSignal trackingError", "1"], answer.stderr
+    assert lines[:4] == lines[6:], "called by its name alone, it prints four lines and no struct"
+
+
+@pytest.mark.skipif("mathematica" not in PORTS, reason="PORTS leaves mathematica out")
+def test_notebook_leaves_the_controllers_signals_as_functions_of_t(have_run: None, tmp_path: Path) -> None:
+    tree = Path(shutil.copytree(short_job(PORTS["mathematica"]).tree, tmp_path / "tree", symlinks=True))
+    script = tree / "mathematica" / "then.wls"
+    script.write_text('Get["run_woxi.wls"];\nPrint[CForm[{z2[0.], tau2[0.], control[0.]}]];\n')
+    answer = subprocess.run(
+        [ROOT / ".venv/bin/python", "-m", "woxi", "run", script.name],
+        cwd=script.parent, env=headless(), capture_output=True, text=True,
+    )  # fmt: skip
+    x1, x2 = 1.2, -0.5  # by hand from (10): theta_hat, r, r'' are 0, r' is 0.35
+    z2 = x2 + 2 * x1 - 0.35
+    tau2 = x1 * x1 + 2 * x1 * z2
+    u = -2 * x2 + 2 * 0.35 - x1 - 2.5 * z2 - x1 * 3 * tau2
+    found = [float(number) for number in re.findall(r"-?\d+\.\d*", answer.stdout.splitlines()[-1])]
+    assert found == pytest.approx([z2, tau2, u], rel=1e-12)
