@@ -376,7 +376,23 @@ class _Reading:
             self.positive("experiment", "horizon"),
             self.positive("experiment", "step") if self.holder("experiment", "step") else None,
         )
+        self.check_use(experiment)
         return self.described(experiment)
+
+    def check_use(self, e: Experiment) -> None:
+        """Refuse parameters and constants that nothing uses, and a step beyond the horizon."""
+        in_rows = {node.name for row in e.rows for node in walk(row) if isinstance(node, Name)}
+        used = in_rows | {node.name for node in walk(e.reference) if isinstance(node, Name)}
+        for parameter in e.unknown:
+            if parameter.name not in in_rows:
+                sentence = f"{parameter.name} stands in no row, so nothing can be learnt of it"
+                self.refuse(("unknown", parameter.name), sentence, "remove it, or write it in a row", key=True)
+        for constant in e.constants:
+            if constant.name not in used:
+                sentence = f"{constant.name} stands in no row and not in the reference"
+                self.refuse(("constants", constant.name), sentence, "remove it", key=True)
+        if e.step is not None and e.step > e.horizon:
+            self.refuse(("experiment", "step"), "the step is longer than the horizon", "write a shorter step")
 
     def check_keys(self, file: TomlFile) -> None:
         """Refuse what no experiment file holds."""

@@ -24,8 +24,8 @@ from conformance.theory.derivation import (
     to_text,
 )
 from conformance.theory.experiment_file import read_experiment
-from conformance.theory.expressions import read, text
-from conformance.theory.statements import CONTROLLER, statements_of
+from conformance.theory.expressions import operations, read, text
+from conformance.theory.statements import CONTROLLER, REGRESSOR, statements_of
 
 PLANTS = {path.stem: path for path in sorted((ROOT / "plants").glob("*.toml"))}
 
@@ -145,6 +145,30 @@ real = derivations.prove
 
 def broken(s):
     return s._replace(expression=read("-gamma*tau2")) if s.name == "theta_hat_dot" else s
+
+
+# ------------------------------------------------------------------ the page that leads there
+
+PAGE = (ROOT / "docs" / "plants.md").read_text()
+
+
+def test_the_file_that_the_page_shows_can_be_read_and_is_as_long_as_it_says(tmp_path: Path) -> None:
+    shown = re.search(r"^    title = .*?^    horizon = [^\n]*\n", PAGE, re.DOTALL | re.MULTILINE)
+    assert shown
+    path = tmp_path / "plant.toml"
+    path.write_text(re.sub(r"^    ", "", shown[0], flags=re.MULTILINE))
+    assert read_experiment(path) == replace(read_experiment(PLANTS["problem_1c"]), title="Problem 1(c)")
+    written = [s for s in statements_of(read_experiment(path)) if s.section in (CONTROLLER, REGRESSOR)]
+    count = f"{len(written)} statements and {sum(operations(s.expression) for s in written)}"
+    assert count in " ".join(PAGE.split())
+
+
+def test_the_refusal_that_the_page_shows_is_the_one_that_is_given() -> None:
+    bad = (Path(__file__).parent / "bad" / "pure_feedback.expected").read_text()
+    assert [line.partition("| ")[2] or line.partition(": ")[2] for line in bad.splitlines()] == [
+        line.partition("| ")[2] or line.partition(": ")[2]
+        for line in re.search(r"^    plants/mine.toml.*?\n\n", PAGE, re.DOTALL | re.MULTILINE)[0].strip().splitlines()
+    ]
 
 
 # ------------------------------------------------------------------ the command
