@@ -76,7 +76,7 @@ def random_experiment(n: int, p: int, seed: int) -> Experiment:
     )
 
 
-RANDOM = [(1, 0), (1, 2), (2, 0), (2, 3), (3, 0), (3, 2)]
+RANDOM = [(1, 0), (1, 2), (2, 0), (2, 3), (3, 1)]
 
 
 # ------------------------------------------------------------------ how they read
@@ -127,10 +127,10 @@ def test_a_chain_of_four_states_is_short_enough_to_be_written() -> None:
 
 def test_a_design_of_five_states_is_refused_unless_it_is_asked_for() -> None:
     states = tuple(f"x{i}" for i in range(1, 6))
-    rows = tuple(map(read, ("x2 + theta*x1^2", "x3 + theta*x1*x2", "x4", "x5 + theta*x3^2", "u")))
+    rows = tuple(map(read, ("x2 + theta*x1^2", "x3", "x4", "x5", "u")))
     one = (Fraction(1),) * 5
     e = replace(experiment("chain_4"), states=states, rows=rows, k=one, start=one)
-    with pytest.raises(TooLarge, match="statements"):
+    with pytest.raises(TooLarge, match="--large"):
         statements_of(e)
     assert len(controller(e, large=True)) > LARGE
 
