@@ -626,6 +626,7 @@ class _Reader:
         return Unreadable(token.span, f"found {token.text} where a number, a name or ( is expected", "check this sign")
 
     def sum(self) -> Expression:
+        """A sum of the grammar; each method below reads what its name says there."""
         minus = self.take("-", "+")
         terms = [self.signed(minus, self.term())]
         while sign := self.take("+", "-"):

@@ -351,6 +351,7 @@ class Recursion:
         )
 
     def statement(self, name: str, e: Expression) -> Statement:
+        """A definition as a statement of its section."""
         section = REGRESSOR if name in self.regressors else CONTROLLER
         return Statement(name, e, section, *self.chain.notes[name], self.chain.remarks.get(name, ""))
 
@@ -405,6 +406,7 @@ class Recursion:
         self.remark_on_adaptation(name, i, add(*adaptation))
 
     def remark_on_adaptation(self, name: str, i: int, e: Expression) -> None:
+        """Say which terms of alpha_i are there because alpha_{i-1} moves with the estimate; (16), 4."""
         moving = [s for s, d in zip(self.experiment.estimates, self.by_estimate[i], strict=True) if d != ZERO]
         if moving and e != ZERO:
             count = len(terms_of(e))
@@ -444,6 +446,7 @@ class Recursion:
         return [add(*(product(self.gain(a, b), column[b]) for b in range(self.p))) for a in range(self.p)]
 
     def gain(self, a: int, b: int) -> Expression:
+        """Entry (a, b) of Gamma from 0, by its name."""
         return Name(self.names.gamma(a + 1, b + 1)) if self.experiment.Gamma[a][b] else ZERO
 
     def paired(self, row: Sequence[Expression], column: Sequence[Expression], scaled: bool) -> Expression:
@@ -496,6 +499,7 @@ class Recursion:
     # -------------------------------------------------------------- reference and plant
 
     def reference_statements(self) -> Iterator[Statement]:
+        """r and its derivatives up to r^(n); one that is 0 is left out."""
         ordinals = ("", "first", "second", "third", "fourth")
         for order, (name, e) in enumerate(self.reference.items()):
             if order == 0 or e != ZERO:
