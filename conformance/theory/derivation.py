@@ -13,7 +13,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from conformance.theory import expressions
-from conformance.theory.experiment_file import INPUT, Experiment, form_of
+from conformance.theory.experiments import INPUT, Experiment, form_of
 from conformance.theory.expressions import (
     ZERO,
     Call,

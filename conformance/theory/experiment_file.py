@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""An experiment of any strict-feedback plant, and the file that says it: plant, gains, reference, start, horizon.
+"""The file that says an experiment, read, checked, and written.
 
-    title = "Problem 1(c)"
-    name = "problem_1c"                  # stem of programs and CSVs
-    source = "lesson (17)"
+    title = "Two parameters"
+    name = "two_parameters"              # stem of programs and CSVs
+    source = "ours"
 
     [plant]                              # rows in order; u is the input, the first state the output
     x1 = "x2 + theta1*x1^3"
@@ -31,185 +31,53 @@ from which all is taken that is not said anew, but for title, name and facts. A 
 from __future__ import annotations
 
 import difflib
-import functools
 import re
 import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NoReturn
 
 import sympy as sp
 
 from conformance.foreign import kind, plain
-from conformance.theory import expressions
-from conformance.theory.design import Design, checked_Gamma, tuning_functions
+from conformance.theory import expressions, reader
+from conformance.theory.design import checked_Gamma
+from conformance.theory.experiments import (
+    INPUT,
+    LONGEST_NAME,
+    Constant,
+    Experiment,
+    Fact,
+    Meaning,
+    Unknown,
+    camel,
+    plant_of,
+    reference_of,
+    refused_name,
+)
 from conformance.theory.expressions import (
     FUNCTIONS,
     Expression,
     Name,
     Negative,
     Quotient,
-    Unreadable,
     decimal,
     is_decimal,
     to_sympy,
     walk,
 )
-from conformance.theory.faults import FileFault, Place, Span, TomlFile, read_toml
+from conformance.theory.faults import Fault, FileFault, Place, Span, TomlFile, read_toml
 from conformance.theory.nonzero import is_bounded, singularities
 from conformance.theory.numbers import double, exact_value
-from conformance.theory.strict_feedback import (
-    TIME,
-    DesignError,
-    Plant,
-    Rule,
-    StrictFeedback,
-    Violation,
-    classify,
-    strict_feedback,
-)
+from conformance.theory.reader import Unreadable
+from conformance.theory.strict_feedback import TIME, DesignError, Rule, Violation, classify
 
-INPUT = "u"
 MOST_STATES, MOST_UNKNOWN, MOST_CONSTANTS, MOST_FACTS = 8, 10, 30, 100
-LONGEST_NAME, LONGEST_TEXT = 24, 500  # characters
+LONGEST_TEXT = 500  # characters
 LONGEST_TIME = 3  # s of the processor, to classify; plants of the gallery take 0.1 s
-
-
-class Unknown(NamedTuple):
-    """An unknown parameter: its name, its true value, which is the plant's alone, and its estimate at t = 0."""
-
-    name: str
-    true: Fraction
-    start: Fraction
-
-    @property
-    def estimate(self) -> str:
-        """The name of its estimate."""
-        return f"{self.name}_hat"
-
-
-class Constant(NamedTuple):
-    """A known number with a name."""
-
-    name: str
-    value: Fraction
-
-
-class Meaning(NamedTuple):
-    """What a symbol is, and its unit, for people; either may be empty."""
-
-    name: str
-    text: str
-    unit: str
-
-
-class Fact(NamedTuple):
-    """Values at a time, computed independently of this: name, value, and one unit of its last digit."""
-
-    t: Fraction
-    values: tuple[tuple[str, Fraction, Fraction], ...]
-    source: str
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """A plant of n states and p unknown parameters under its adaptive controller; all numbers exact, times in s.
-
-    `rows` are expressions in the states, the input u, the unknown parameters and the constants, `reference` is one in t
-    and the constants; `k` and `start` hold n numbers, `Gamma` p rows of p; `step` is that of the fixed-step programs.
-    """
-
-    title: str
-    name: str
-    source: str
-    states: tuple[str, ...]
-    rows: tuple[Expression, ...]
-    constants: tuple[Constant, ...]
-    unknown: tuple[Unknown, ...]
-    k: tuple[Fraction, ...]
-    Gamma: tuple[tuple[Fraction, ...], ...]
-    reference: Expression
-    start: tuple[Fraction, ...]
-    horizon: Fraction
-    step: Fraction | None = None
-    symbols: tuple[Meaning, ...] = ()
-    facts: tuple[Fact, ...] = ()
-
-    @property
-    def estimates(self) -> tuple[str, ...]:
-        """The names of the p estimates."""
-        return tuple(parameter.estimate for parameter in self.unknown)
-
-    def symbol(self, name: str) -> sp.Expr:
-        """What a name stands for in SymPy: a constant for its number, any other name for its symbol."""
-        return sp.Rational(dict(self.constants)[name]) if name in dict(self.constants) else sp.Symbol(name)
-
-
-def plant_of(experiment: Experiment) -> Plant:
-    """The plant in SymPy, with numbers in the place of the constants; raises DesignError for a row that is not real."""
-    symbols = [tuple(map(sp.Symbol, names)) for names in (experiment.states, [p.name for p in experiment.unknown])]
-    rows = tuple(to_sympy(row, experiment.symbol) for row in experiment.rows)
-    return Plant(symbols[0], sp.Symbol(INPUT), symbols[1], rows)
-
-
-@functools.lru_cache(64)
-def form_of(experiment: Experiment) -> StrictFeedback:
-    """The strict-feedback form of an experiment's plant; raises NotStrictFeedback."""
-    return strict_feedback(plant_of(experiment))
-
-
-@functools.lru_cache(16)
-def design_of(experiment: Experiment) -> Design:
-    """The design by the recursion (8), with numbers in the place of gains and constants."""
-    return tuning_functions(form_of(experiment), experiment.k, [list(row) for row in experiment.Gamma])
-
-
-def reference_of(experiment: Experiment) -> sp.Expr:
-    """The reference in SymPy, an expression in the time alone."""
-    return to_sympy(experiment.reference, experiment.symbol)
-
-
-# ------------------------------------------------------------------ which names a file may use
-
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", re.ASCII)
-OURS = re.compile(
-    r"u|t|r|V|phi(_\w+)?|gamma|\w*_(hat|tilde|d+ot|start|true|known)(_\w+)?"
-    r"|(z|f|g|w|k|tau|phi|alpha|gamma)_?\d\w*|r_d+ot|final_time",
-    re.ASCII,
-)
-
-
-def refused_name(name: str) -> str | None:
-    """Why a file may not give this name to a state, a parameter or a constant, or None if it may.
-
-    What a language reserves is no matter here: each writer respells it.
-    """
-    if not NAME.fullmatch(name) or len(name) > LONGEST_NAME:
-        return f"{plain(name, 40)} is no name: letters, digits and single underscores between, at most {LONGEST_NAME}"
-    if name in FUNCTIONS:
-        return f"{name} is the name of a function"
-    if OURS.fullmatch(snake(name)):
-        return f"{name} is a name that the design uses itself"
-    return None
-
-
-def snake(name: str) -> str:
-    """The name with an underscore where camel case has a capital: thetaHat is theta_hat."""
-    return re.sub(r"(?<=[a-z0-9])[A-Z](?=[a-z])", lambda capital: f"_{capital[0].lower()}", name)
-
-
-def camel(name: str) -> str:
-    """The name in camel case, as Java, MATLAB and Mathematica spell it: theta_hat is thetaHat, r_ddot is rDDot."""
-    first, *others = name.split("_")
-    capitals = (re.sub(r"^d+(?=ot$)|^[a-z]", lambda found: found[0].upper(), part) for part in others)
-    return first + "".join(capitals)
-
-
-# ------------------------------------------------------------------ reading a file
 
 HEAD = ("title", "name", "source")
 TABLES: Mapping[str, tuple[str, ...] | None] = {  # the keys of each; None where the file names them
@@ -475,7 +343,7 @@ class _Reading:
         if not isinstance(source, str):
             self.refuse(place, f"found {kind(source)}, expected an expression", "write it in quotes")
         try:
-            e = expressions.read(source)
+            e = reader.read(source)
         except Unreadable as error:
             called = source[slice(*error.span)]
             if source[error.span[1] :].startswith("(t)") and called not in FUNCTIONS:
@@ -669,7 +537,7 @@ class _Reading:
                 )
                 self.refuse_within(place, node.span, f"this {what}", "write what has a real value for every state")
 
-    def violation(self, experiment: Experiment, violation: Violation) -> Any:
+    def violation(self, experiment: Experiment, violation: Violation) -> Fault:
         """A broken rule as a fault at the term that breaks it."""
         place = ("plant", experiment.states[violation.row - 1])
         file = self.holder(*place) or self.files[0]

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from conformance.theory.design import random_rational
-from conformance.theory.experiment_file import INPUT, Experiment
+from conformance.theory.experiments import INPUT, Experiment
 from conformance.theory.expressions import (
     Call,
     Expression,

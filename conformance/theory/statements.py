@@ -21,7 +21,7 @@ from itertools import islice, pairwise
 from typing import NamedTuple
 
 from conformance.theory import expressions
-from conformance.theory.experiment_file import INPUT, Experiment, Unknown
+from conformance.theory.experiments import INPUT, Experiment, Unknown
 from conformance.theory.expressions import (
     ONE,
     ZERO,

@@ -24,7 +24,8 @@ from conformance.theory.derivation import (
     to_text,
 )
 from conformance.theory.experiment_file import read_experiment
-from conformance.theory.expressions import operations, read, text
+from conformance.theory.expressions import operations, text
+from conformance.theory.reader import read
 from conformance.theory.statements import CONTROLLER, REGRESSOR, statements_of
 
 PLANTS = {path.stem: path for path in sorted((ROOT / "plants").glob("*.toml"))}

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from conformance.programs.ports import ROOT
 from conformance.theory import experiment_file
-from conformance.theory.experiment_file import camel, form_of, read_experiment, reference_of, refused_name, to_toml
+from conformance.theory.experiment_file import read_experiment, to_toml
+from conformance.theory.experiments import camel, form_of, reference_of, refused_name
 from conformance.theory.expressions import text
 from conformance.theory.faults import FileFault
 from conformance.theory.strict_feedback import Rule

@@ -24,19 +24,18 @@ from conformance.theory.expressions import (
     Product,
     Quotient,
     Sum,
-    Unreadable,
     add,
     derivative,
     operations,
     product,
     quotient,
-    read,
     substitute,
     text,
     to_sympy,
     value,
     walk,
 )
+from conformance.theory.reader import Unreadable, read
 
 SAME = [
     "x2 + theta * x1",

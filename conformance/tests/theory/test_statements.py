@@ -11,10 +11,12 @@ import sympy as sp
 from conformance.programs.ports import ROOT
 from conformance.theory import expressions
 from conformance.theory.design import random_rational
-from conformance.theory.experiment_file import Experiment, Unknown, design_of, form_of, read_experiment
-from conformance.theory.expressions import Expression, Negative, Product, Sum, names_in, operations, read, to_sympy
+from conformance.theory.experiment_file import read_experiment
+from conformance.theory.experiments import Experiment, Unknown, design_of, form_of
+from conformance.theory.expressions import Expression, Negative, Product, Sum, names_in, operations, to_sympy
 from conformance.theory.identity import Dual, Functions, WrongStatement, dual, prove
 from conformance.theory.program import evaluate
+from conformance.theory.reader import read
 from conformance.theory.statements import (
     CONTROLLER,
     LARGE,

@@ -8,7 +8,8 @@ import sympy as sp
 from flint import arb, fmpq
 
 from conformance.programs.ports import ROOT
-from conformance.theory.experiment_file import Experiment, read_experiment
+from conformance.theory.experiment_file import read_experiment
+from conformance.theory.experiments import Experiment
 from conformance.theory.expressions import to_sympy
 from conformance.theory.statements import parameters_of, statements_of
 from conformance.truth.taylor import precision
