@@ -25,11 +25,12 @@ from conformance.judging.verdict import judge_all, judge_file
 from conformance.programs.ports import ROOT, read_ports, the_six
 from conformance.programs.run import choose_engine, compile_command, in_place
 from conformance.programs.table import layout
+from conformance.tests.truth import plants
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.faults import FileFault
 from conformance.theory.identity import prove
 from conformance.theory.program import explicit
-from conformance.theory.scenario import LESSON
+from conformance.theory.scenario import LESSON, scenario
 from conformance.theory.statements import statements_of
 from conformance.trials import mutants, named
 from conformance.trials.campaign import Trial, draw, prepare_all, run_campaign, run_program, scratch_tree, trial
@@ -37,7 +38,7 @@ from conformance.trials.edits import constant_edit, edited
 from conformance.trials.variant import copy_tree, read_variants, runnable
 from conformance.truth.exact import exact
 from conformance.truth.experiment import problem
-from conformance.truth.truth import Enclosure, InitialValueProblem, enclose
+from conformance.truth.truth import Enclosure, InitialValueProblem, ProofEnded, enclose
 
 T = TypeVar("T")
 START = (LESSON.x1_start, LESSON.x2_start, LESSON.theta_hat_start)
@@ -101,6 +102,34 @@ def bench_truth(limit: float = 60.0) -> None:
     print(f"error at most {error:.1e} of each state's scale (aim: 1e-15)")
     print(f"heyoka, double precision, no proof: {heyoka_figures(lesson, enclosed)}")
     print(f"mpmath.odefun, 20 digits, no proof: {mpmath_figures(lesson, enclosed, limit)}")
+
+
+CHANGED = (("gamma", 30), ("gamma", 100), ("theta", 20), ("amplitude", 5), ("x1_start", 20), ("k1", 100))
+
+
+def bench_proofs() -> None:
+    """CPU time, steps and radius of proofs, doubles included: the lesson with one parameter changed, other plants."""
+    rows: list[tuple[str, ...]] = [("proof", "target", "CPU s", "steps", "radius at most")]
+    scenarios = {"lesson": LESSON}
+    scenarios |= {f"{name} = {v}": scenario({name: v}) for name, v in CHANGED}
+    for name, changed in scenarios.items():
+        of = replace(problem(changed), horizon=sp.Rational(LESSON.horizon))
+        rows.append((name, "1e-18", *proof_figures(of, 1e-18)))
+    for name in plants.PLANTS:
+        for kind, gains in (("mild", plants.MILD), ("harsh", plants.HARSH)):
+            rows.append((f"{name}, {kind}", "1e-12", *proof_figures(plants.problem(name, gains), 1e-12)))
+    print(layout(rows))
+
+
+def proof_figures(of: InitialValueProblem, target: float) -> tuple[str, str, str]:
+    """CPU time (s), steps and radius; or how far it got, and why no further."""
+    started = time.process_time()
+    try:
+        enclosed = enclose(of, target, cache=None)
+    except ProofEnded as ended:
+        return f"{time.process_time() - started:.1f}", "", str(ended)
+    spent = time.process_time() - started
+    return f"{spent:.1f}", str(len(enclosed.starts)), f"{enclosed.largest_radius:.0e}"
 
 
 def written_out(lesson: InitialValueProblem) -> list[sp.Expr]:
@@ -340,6 +369,7 @@ if __name__ == "__main__":
     bench_make()
     bench_campaign()
     bench_truth()
+    bench_proofs()
     bench_validate()
     bench_diagnosis()
     bench_page()

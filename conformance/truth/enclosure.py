@@ -24,13 +24,13 @@ from fractions import Fraction
 import numpy as np
 from flint import arb, arb_mat
 
-from conformance.truth.tails import NoEnclosure, Norms, Tails
+from conformance.truth.tails import Floats, NoEnclosure, Norms, Tails
 from conformance.truth.taylor import Coefficients, Program, coefficients, precision, variational, with_rates
 
 SHORTEST = 2.0**-40  # of the horizon: the proof ends where it would need a shorter step
 SHARP = 2.0**-12  # largest share of the spread that a step may add to it
 GUARD_BITS = (20, 60, 180, 540, 800)  # log2(target / tolerance of a step), one attempt after the other
-LEAST = 1e-270  # tolerance: doubles hold bounds of remainders
+LEAST, LARGEST_STATE = 1e-270, 1e150  # tolerance and state: doubles hold bounds of them and of their products
 ORDER_PER_BIT = 0.55  # K, of the solution from the midpoint
 LOW_ORDER = 12  # q, of the variational equation
 SIZE = 40  # log2(size that states are taken to have / target), at least
@@ -180,7 +180,7 @@ class Stepper:
 
     def __init__(self, program: Program) -> None:
         self.program = with_rates(program)
-        self.extended = variational(self.program)
+        self.extended, self.entries = variational(self.program)
         self.tails, self.extended_tails = Tails(self.program), Tails(self.extended)
         self.n = len(program.states)
 
@@ -190,7 +190,7 @@ class Stepper:
         Raises ProofEnded where the right-hand side is not defined on the set.
         """
         hull = start.hull()
-        identity = [arb(i == j) for i in range(self.n) for j in range(self.n)]
+        identity = [arb(i == j) for i, j in self.entries]
         order = settings.order
         point = coefficients(self.program, arb(time), start.middle, order - 1)
         low = coefficients(self.extended, arb(time), hull + identity, LOW_ORDER - 1)
@@ -216,28 +216,26 @@ class Stepper:
         tail, _ = self.tails.radii(at.point_norms, h)
         low_tail, norms = self.extended_tails.radii(at.low_norms, h)
         rests = dict(zip(self.extended.rates, low_tail, strict=True))
-        entries = self.extended.states[n:]
-        bounds, end = [], []
-        for y in entries:
-            rest = around_zero(rests[y])
-            bounds.append(arb(float(norms[self.extended_tails.row[y]])) + rest.abs_upper())
-            end.append(total(at.low[y][:LOW_ORDER], arb(h)) + rest)
+        bound, end, rest = arb_mat(n, n), arb_mat(n, n), np.zeros((n, n))
+        for (i, j), y in zip(self.entries, self.extended.states[n:], strict=True):
+            rest[i, j] = rests[y]
+            bound[i, j] = arb(float(norms[self.extended_tails.row[y]])) + arb(rests[y])
+            end[i, j] = total(at.low[y][:LOW_ORDER], arb(h)) + around_zero(rests[y])
         added = max(tail[:n])
         fitting = (at.settings.tolerance / added) ** (1 / at.settings.order) if added > 0 else 2.0
-        widened = self.widened(at, [rests[y] for y in entries], end)
+        widened = self.widened(at, rest, end)
         if widened > 0:
             fitting = min(fitting, (SHARP / widened) ** (1 / LOW_ORDER))
-        return Flow(h, tail[:n], arb_mat(n, n, bounds), arb_mat(n, n, end), fitting)
+        return Flow(h, tail[:n], bound, end, fitting)
 
-    def widened(self, at: Expanded, rests: list[float], end: list[arb]) -> float:
-        """The share by which the tail of Y widens the set, at most over the states; 0 for a point."""
+    def widened(self, at: Expanded, rest: Floats, end: arb_mat) -> float:
+        """The share by which the tail of Y, (n, n), widens the set, at most over the states; 0 for a point."""
         spread = np.array([float(r) for r in at.spread])
         if not spread.max() > 0:
             return 0.0
         spread = spread / spread.max()
-        moved = np.abs(np.array([float(y.mid()) for y in end])).reshape(self.n, self.n) @ spread
-        rest: float = (np.array(rests).reshape(self.n, self.n) @ spread).max()
-        return rest / float(moved.max()) if moved.max() > 0 else 1.0
+        moved = float((np.abs(doubles(end)) @ spread).max())
+        return float((rest @ spread).max()) / moved if moved > 0 else 1.0
 
     def step(self, at: Expanded, limit: float, shortest: float) -> Flow:
         """The flow over the widest step found that meets the tolerances, up to the limit (s).
@@ -297,10 +295,15 @@ class Stepper:
         return StartSet(middle, basis, arb_mat(n, 1, [arb(0, r.abs_upper()) for r in box.entries()]))
 
 
+def doubles(matrix: arb_mat) -> Floats:
+    """About the midpoints."""
+    return np.array([float(x.mid()) for x in matrix.entries()]).reshape(matrix.nrows(), matrix.ncols())
+
+
 def orthogonal_factor(spread: arb_mat, box: arb_mat) -> arb_mat:
     """Q of the midpoints' QR decomposition, longest edge first: any regular matrix would keep the proof."""
     n = spread.nrows()
-    edges = np.array([float(x.mid()) for x in spread.entries()]).reshape(n, n)
+    edges = doubles(spread)
     lengths = np.array([float(x.rad()) for x in box.entries()])
     if lengths.max() > 0:
         edges = edges * (lengths / lengths.max() + 1e-12)
@@ -333,6 +336,8 @@ def steps(
         if current:
             tolerance = max(tolerance, SHARP * max(float(r.rad()) for r in current.box.entries()))
             size = max(size, largest(current.middle))
+            if size > LARGEST_STATE:
+                raise ProofEnded(reached, f"a state exceeds {LARGEST_STATE:g}")
         settings = settings_for(tolerance, size)
         with precision(settings.bits):
             current = current or box_set(start())

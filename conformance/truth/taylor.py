@@ -308,18 +308,29 @@ def _power_node(program: Program, sub: Callable[[sp.Expr], int], e: sp.Pow) -> i
 # --- Variational equation ------------------------------------------------------------------------
 
 
-def variational(base: Program) -> Program:
-    """The program extended by Y' = (df/dx) Y: the states are x, then the entries of Y, row by row."""
+def variational(base: Program) -> tuple[Program, list[tuple[int, int]]]:
+    """The program extended by Y' = (df/dx) Y, and which entries (i, j) of Y its further states are.
+
+    An entry is left out where it is 0 at all times: the derivative of x_i does not rest on x_j, however indirectly.
+    """
     program = _copy(base)
     columns = [_derivatives(program, base, state) for state in base.states]
-    Y = [[program.state() for _ in base.states] for _ in base.states]
-    for f in base.rhs:
-        gradient = [column.get(f) for column in columns]
-        for j in range(len(base.states)):
-            terms = [program.mul(d, Y[k][j]) for k, d in enumerate(gradient) if d is not None]
-            program.rhs.append(reduce(program.add, terms) if terms else program.constant(sp.S.Zero))
+    gradients = [{j: column[f] for j, column in enumerate(columns) if f in column} for f in base.rhs]
+    reached = _reached(gradients)
+    Y = {(i, j): program.state() for i in range(len(reached)) for j in sorted(reached[i])}
+    for i, j in Y:
+        terms = [program.mul(d, Y[k, j]) for k, d in gradients[i].items() if (k, j) in Y]
+        program.rhs.append(reduce(program.add, terms) if terms else program.constant(sp.S.Zero))
     program.rates |= zip(program.states, program.rhs, strict=True)
-    return program
+    return program, list(Y)
+
+
+def _reached(gradients: Sequence[Mapping[int, int]]) -> list[set[int]]:
+    """For each state itself and all that its derivative rests on, directly or through others."""
+    reached = [{i, *gradient} for i, gradient in enumerate(gradients)]
+    for _ in reached:
+        reached = [set().union(*(reached[k] for k in found)) for found in reached]
+    return reached
 
 
 def _derivatives(program: Program, base: Program, x: int) -> dict[int, int]:
