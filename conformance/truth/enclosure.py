@@ -29,10 +29,10 @@ from conformance.truth.taylor import Coefficients, Program, coefficients, precis
 
 SHORTEST = 2.0**-40  # of the horizon: the proof ends where it would need a shorter step
 SHARP = 2.0**-12  # largest share of the spread that a step may add to it
-GUARD_BITS = (20, 60, 180, 540, 800)  # log2(target / tolerance of a step), one attempt after the other
+GUARD_BITS = (30, 70, 180, 540, 800)  # log2(target / tolerance of a step), one attempt after the other
 LEAST, LARGEST_STATE = 1e-270, 1e150  # tolerance and state: doubles hold bounds of them and of their products
 ORDER_PER_BIT = 0.55  # K, of the solution from the midpoint
-LOW_ORDER = 12  # q, of the variational equation
+LOW_ORDER = 14  # q, of the variational equation, at least; more for few states, where it costs little
 SIZE = 40  # log2(size that states are taken to have / target), at least
 BITS = 30  # of the arithmetic, more than the tolerance needs
 TRIES = 60  # of widths, per step
@@ -183,6 +183,7 @@ class Stepper:
         self.extended, self.entries = variational(self.program)
         self.tails, self.extended_tails = Tails(self.program), Tails(self.extended)
         self.n = len(program.states)
+        self.low_order = max(LOW_ORDER, 32 - 3 * self.n)
 
     def expand(self, time: float, start: StartSet, settings: Settings, limit: float) -> Expanded:
         """Expands at the set, for steps up to the limit (s).
@@ -193,12 +194,12 @@ class Stepper:
         identity = [arb(i == j) for i, j in self.entries]
         order = settings.order
         point = coefficients(self.program, arb(time), start.middle, order - 1)
-        low = coefficients(self.extended, arb(time), hull + identity, LOW_ORDER - 1)
+        low = coefficients(self.extended, arb(time), hull + identity, self.low_order - 1)
         for program, values in ((self.program, point), (self.extended, low)):
             if not all(c.is_finite() for x in program.states for c in values[x]):
                 raise ProofEnded(time, program.trouble(values))
         unit = self.width(point, settings, limit)
-        norms = self.tails.norms(point, order, unit), self.extended_tails.norms(low, LOW_ORDER, unit)
+        norms = self.tails.norms(point, order, unit), self.extended_tails.norms(low, self.low_order, unit)
         spread = [(x - m).abs_upper() for x, m in zip(hull, start.middle, strict=True)]
         return Expanded(time, start, settings, spread, point, low, *norms)
 
@@ -220,12 +221,12 @@ class Stepper:
         for (i, j), y in zip(self.entries, self.extended.states[n:], strict=True):
             rest[i, j] = rests[y]
             bound[i, j] = arb(float(norms[self.extended_tails.row[y]])) + arb(rests[y])
-            end[i, j] = total(at.low[y][:LOW_ORDER], arb(h)) + around_zero(rests[y])
+            end[i, j] = total(at.low[y][: self.low_order], arb(h)) + around_zero(rests[y])
         added = max(tail[:n])
         fitting = (at.settings.tolerance / added) ** (1 / at.settings.order) if added > 0 else 2.0
         widened = self.widened(at, rest, end)
         if widened > 0:
-            fitting = min(fitting, (SHARP / widened) ** (1 / LOW_ORDER))
+            fitting = min(fitting, (SHARP / widened) ** (1 / self.low_order))
         return Flow(h, tail[:n], bound, end, fitting)
 
     def widened(self, at: Expanded, rest: Floats, end: arb_mat) -> float:
