@@ -272,11 +272,15 @@ def programs_agree(
 # ---- Ports on the lesson's experiment ----
 
 
-def contract_of_ports(tolerance: Tolerance, errors: Sequence[float], rows: int, wanted: int) -> list[Result]:
+def contract_of_ports(
+    tolerance: Tolerance, errors: Sequence[float], t: Array, horizon: float, wanted: int
+) -> list[Result]:
     """The tolerance that port.toml states is at most the contract's, and 10 times what was found; the rows are there.
 
-    `errors` of x1, x2, theta_hat; `wanted` rows, 0 where the solver chooses them.
+    `errors` of x1, x2, theta_hat; t, shape (rows,), up to the horizon, s; `wanted` rows, 0 where the solver chooses
+    them. Where it does not, row i is at t = i h to rounding: a running sum t += h drifts by hundreds of times as much.
     """
+    rows = t.size
     loosest = max(tolerance)
     ratio = max(t / max(e, DOUBLE) for t, e in zip(tolerance, errors, strict=True))
     results = [
@@ -286,6 +290,10 @@ def contract_of_ports(tolerance: Tolerance, errors: Sequence[float], rows: int, 
     if wanted:
         where = f"{rows} rows, port.toml says {wanted}"
         results.append(Result("rows-are-those-of-the-contract", "(10)", abs(rows - wanted), 0, where, "the contract"))
+    if wanted == rows:
+        figure, where = largest(t - np.arange(rows) * horizon / (rows - 1), t, "the times")
+        bound = float(2 * np.spacing(horizon))
+        results.append(Result("times-are-counted-not-summed", "(12)", figure, bound, where, "t = i h, to rounding"))
     return results
 
 

@@ -158,13 +158,13 @@ def explain(check: Check, result: Result) -> str:
     return f"{result}\n  usual cause: {check.cause}"
 
 
-def _with_contract(port: Port, verdict: Verdict) -> Verdict:
+def _with_contract(port: Port, verdict: Verdict, scenario: Scenario) -> Verdict:
     """The verdict, with what the contract asks of a port on the lesson's own experiment beyond its trajectory."""
     if verdict.trajectory is None:
         return verdict
     figures = [verdict.errors[state].figure for state in STATES]
     tolerance = port.ran_engine(port.run() or {}).tolerance
-    more = contract_of_ports(tolerance, figures, verdict.trajectory.t.size, port.rows)
+    more = contract_of_ports(tolerance, figures, verdict.trajectory.t, float(scenario.horizon), port.rows)
     problems = [str(result) for result in more if not result.passed]
     reason = "\n".join(filter(None, (verdict.reason, *problems)))
     status = "fail" if problems else verdict.status
@@ -177,7 +177,8 @@ def judge_all(selected: Mapping[str, Port], scenario: Scenario) -> Judgement:
     A port that fails by itself is compared with the others too, but does not make them fail.
     """
     verdicts = {
-        name: _with_contract(port, judge_port(port, scenario, diagnose=True)) for name, port in selected.items()
+        name: _with_contract(port, judge_port(port, scenario, diagnose=True), scenario)
+        for name, port in selected.items()
     }
     trajectories = {name: v.trajectory for name, v in verdicts.items() if v.trajectory is not None}
     tolerances = {name: selected[name].ran_engine(selected[name].run() or {}).tolerance for name in trajectories}
@@ -302,6 +303,7 @@ OTHER_CHECKS = (  # id, meaning
     ("tolerance-keeps-the-contract", "A port's tolerance in port.toml is at most the contract's, 1e-6."),
     ("tolerance-is-tight", "A port's tolerance is at most 10 times its largest error."),
     ("rows-are-those-of-the-contract", "A port logs as many rows as port.toml says."),
+    ("times-are-counted-not-summed", "A port whose rows port.toml counts logs row i at t = i h, to rounding."),
     ("PORT-agrees-with-PORT", "Two ports' states differ by no more than both tolerances, on a common grid."),
 )
 

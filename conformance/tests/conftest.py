@@ -14,7 +14,7 @@ from conformance.judging.verdict import judge_all, summary, write_result
 from conformance.pages.report.page import PAGE, write_page
 from conformance.programs.ports import Port
 from conformance.programs.table import boxes
-from conformance.tests.under_test import PORTS, engine_of, trajectory_of
+from conformance.tests.under_test import PORTS, engine_of, not_run, trajectory_of
 from conformance.theory.scenario import LESSON
 from conformance.trials.kill_matrix import prepare
 from conformance.trials.variant import copy_tree, read_variants, runnable
@@ -102,3 +102,6 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
         terminalreporter.write_line(f"the page: {PAGE}")
     except ValueError as obstacle:
         terminalreporter.write_line(f"no page: {obstacle}")
+    skipped = [report.longrepr for report in terminalreporter.stats.get("skipped", ())]
+    for line in not_run(where[2] for where in skipped if isinstance(where, tuple)):
+        terminalreporter.write_line(line)

@@ -3,6 +3,8 @@
 
 import functools
 import subprocess
+from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +43,12 @@ def engine_of(port: Port) -> Engine:
 def write_awk(root: Path) -> None:
     """Add a port in AWK, which the skeleton is: it runs in a tenth of a second, and needs no compiler."""
     write_skeleton("awk", root)
+
+
+def not_run(reasons: Iterable[str]) -> list[str]:
+    """One line per reason why tests could not run here, with their count."""
+    counts = Counter(reason.removeprefix("Skipped: ") for reason in reasons)
+    return [f"{count} not run: {reason}" for reason, count in counts.items()]
 
 
 def make(root: Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:

@@ -3,6 +3,7 @@
 
 import json
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from conformance.judging.verdict import Verdict, judge_port
@@ -46,15 +47,25 @@ def refusals(verdict: Verdict) -> tuple[str, ...]:
 
 
 def prepare(variants: Iterable[Variant], ports: Sequence[Port]) -> None:
-    """Run every variant in every port that has its text, where the result is not up to date."""
-    run_all(
-        job(variant.tree, port, source(variant, port)) for variant in variants for port in ports if variant.has(port)
-    )
+    """Run every variant in every port that has its text, where the result is not up to date.
+
+    What cannot be edited does not run, which its outcome tells.
+    """
+    jobs = []
+    for variant in variants:
+        for port in filter(variant.has, ports):
+            with suppress(ValueError):
+                jobs.append(job(variant.tree, port, source(variant, port)))
+    run_all(jobs)
 
 
 def outcome(variant: Variant, port: Port) -> Outcome:
     """Judge one variant as one port left it."""
-    verdict = judge_port(in_tree(port, variant.tree), variant.scenario)
+    try:
+        source(variant, port)
+        verdict = judge_port(in_tree(port, variant.tree), variant.scenario)
+    except ValueError as error:
+        verdict = Verdict(port.name, "missing", str(error))
     return Outcome(variant.name, port.name, variant.refused_by, verdict)
 
 

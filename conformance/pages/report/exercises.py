@@ -3,6 +3,7 @@
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,10 +38,17 @@ def shown(variant: Variant, ports: Iterable[Port]) -> Exercise:
     ran, trajectory = next(_runs(variant, here), ("", None))
     return Exercise(
         variant=variant,
-        diffs={port.language: marked(diff(variant, port)) for port in here},
+        diffs={language: marked(text) for language, text in _diffs(variant, here)},
         ran=ran,
         curves={**thinned(trajectory), "theta": float(variant.scenario.theta)} if trajectory else {},
     )
+
+
+def _diffs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, str]]:
+    """(language, diff) of every program into which the variant can be edited; one that is not finished is left out."""
+    for port in ports:
+        with suppress(ValueError):
+            yield port.language, diff(variant, port)
 
 
 def _runs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Trajectory]]:

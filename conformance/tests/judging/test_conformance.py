@@ -85,3 +85,12 @@ def test_program_that_strays_agrees_with_no_other() -> None:
         {name: good, "stray": stray}, EXACT_SOLUTION, {name: tolerance, "stray": tolerance}
     ).values()
     assert not result.passed and result.where.startswith("x2")
+
+
+def test_times_that_are_summed_are_refused() -> None:
+    """t += h, as in the lesson's own C++ and Java listings: 2e-12 s off at the end."""
+    h, rows, errors = 0.002, 10001, [4e-10, 4e-9, 3e-9]
+    summed = np.concatenate([[0], np.cumsum(np.full(rows - 1, h))])
+    for t, passed in ((np.arange(rows) * h, True), (np.linspace(0, 20, rows), True), (summed, False)):
+        found = {result.claim: result for result in checks.contract_of_ports((2e-9, 2e-8, 2e-8), errors, t, 20.0, rows)}
+        assert found["times-are-counted-not-summed"].passed is passed, found

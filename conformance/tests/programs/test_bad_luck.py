@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -44,7 +45,10 @@ def blow_up_job(port: Port, constant: str) -> Job:
 @pytest.fixture(scope="module")
 def have_run() -> None:
     ports = runnable(PORTS.values())
-    jobs = [*map(short_job, ports), *(blow_up_job(port, constant) for port in ports for constant in BLOW_UPS)]
+    jobs = []
+    for port in ports:
+        with suppress(ValueError):  # of a program that is not finished: its own tests tell
+            jobs += [short_job(port), *(blow_up_job(port, constant) for constant in BLOW_UPS)]
     run_all(jobs, copy_what_runs)
 
 
