@@ -81,6 +81,7 @@ class Port:
     signal: str = "{name}"  # how the value of a signal at the time t is written
     definition: str = "{name} = {expression}"  # and how it is defined
     derivative: str = ""  # and how a row of the plant, where it is not defined as any signal
+    frame: tuple[str, ...] = ()  # the lines of the mathematical core that are no statement of the lesson
     lesson_names: tuple[str, ...] = ()  # of the lesson's own listing, each of which the program uses
     constant: str = "{name} = {value}"  # how a constant is stated in the section Parameters
     functions: tuple[tuple[str, str], ...] = (("sin", "sin({})"), ("cos", "cos({})"))

@@ -103,6 +103,33 @@ def statements(port: Port, text: str) -> list[tuple[str, str, str]]:
     return [(tag, snake(wording), statement(port, text)) for text, tag, wording in found if text.strip(" %")]
 
 
+FRAMED = ("Reference", "Controller", "Closed loop")  # the mathematical core
+WORKS = re.compile(  # what computes, decides, or asks the world
+    r"(?<!-)[-+*/^?](?!>)|\b(if|else|while|for|switch|match|case|min|max|f?min|f?max|clamp|abs|time|clock|now|rand\w*)\b"
+    r"|\d\.\d|[<>]=? *\d"
+)
+
+
+def frame(port: Port) -> list[str]:
+    """What stands in the sections Reference, Controller and Closed loop beside the tagged statements: its own lines.
+
+    Comments and blank lines are left out, as are Python's docstrings; spaces are as one.
+    """
+    leader, end = (re.escape(part.strip()) for part in port.comment)
+    if port.source_path.suffix == ".nb":
+        leader, end = r"\(\*", r"\*\)"
+    lines, inside = [], False
+    for line in code(port).splitlines():
+        title = next((t for t in SECTIONS if line.strip() in (port.section.format(t), NOTEBOOK_SECTION.format(t))), "")
+        inside = title in FRAMED if title else inside
+        tagged = re.search(rf"\S.*{leader} *\(\d+\) ", line)
+        if not title and inside and not tagged:
+            plain = " ".join(re.sub(rf"(^|(?<=[\s;,'])){leader}(?!#).*{f'?{end}' if end else '$'}", "", line).split())
+            if plain and plain not in ("'", "''") and not re.fullmatch('""".*"""', plain):
+                lines.append(plain)
+    return lines
+
+
 def code(port: Port) -> str:
     """The program as code: the source itself; of a notebook the text of its cells, what is not input as comments."""
     text = source(port)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """How far a port has come: stage by stage what holds, and what to do next, with the text to paste."""
 
+import json
 import math
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
@@ -15,7 +16,7 @@ from conformance.judging.verdict import Judgement, judge_file, judge_port
 from conformance.programs.new_port import AWK
 from conformance.programs.ports import ROOT, SIX, Port, read_ports
 from conformance.programs.run import as_a_user, choose_engine, engine_version
-from conformance.programs.sources import SECTIONS, cut, sections, source, statements
+from conformance.programs.sources import SECTIONS, WORKS, cut, frame, sections, source, statements
 from conformance.theory.scenario import LESSON
 from conformance.trials.coverage import with_own_experiments
 from conformance.trials.edits import spelled
@@ -117,6 +118,15 @@ def same_statements(port: Port) -> str:
             raise Unmet(f"statement {number + 1}: found {there}\nexpected, by {_facts(port)}\n{_line(port, number)}")
     if len(own) > len(wanted):
         raise Unmet(f"found a tagged statement more than the others have: {own[len(wanted)]}")
+    if frame(port) != list(port.frame):
+        lines = "\n".join(f"    {json.dumps(line)}," for line in frame(port))
+        raise Unmet(
+            f"the core has other lines beside the statements than `frame` of {_facts(port)} says. Leave out what\n"
+            f"computes or decides; then it is\nframe = [\n{lines}\n]"
+        )
+    at_work = [line for line in port.frame if port.name not in SIX and WORKS.search(line)]
+    if at_work:
+        raise Unmet(f"the core computes or decides beside the statements: {at_work[0]!r}; leave it out")
     try:
         cut(port)
     except ValueError as error:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from conformance.programs.ports import Port, read_ports, the_six
-from conformance.programs.sources import SECTIONS, STEPS, code, cut, sections, snake, source, statements
+from conformance.programs.ports import SIX, Port, read_ports, the_six
+from conformance.programs.sources import SECTIONS, STEPS, WORKS, code, cut, frame, sections, snake, source, statements
 from conformance.tests.under_test import FIRST, PORTS
 from conformance.trials.edits import constant_names, constant_value
 
@@ -38,6 +38,38 @@ def test_sections_stand_in_the_common_order(any_port: Port) -> None:
 @every_port
 def test_statements_and_their_wording_are_the_same_in_every_program(any_port: Port) -> None:
     assert steps(any_port) == steps(FIRST)
+
+
+@every_port
+def test_nothing_but_statements_and_their_frame_stands_in_the_core(any_port: Port) -> None:
+    assert frame(any_port) == list(any_port.frame)
+    if any_port.name not in SIX:  # whose frames have been read
+        assert [line for line in any_port.frame if WORKS.search(line)] == []
+
+
+@every_port
+@pytest.mark.parametrize("title", ["Controller", "Closed loop"])
+def test_a_line_more_in_the_core_is_seen(title: str, any_port: Port, tmp_path: Path) -> None:
+    """Such as a projection of theta_hat, or adaptation that is switched off."""
+    tagged = [line for line in section(any_port, title).splitlines() if re.search(r"\S.*\(7\) ", line)]
+    text = source(any_port).replace(tagged[0], f"{tagged[0]}\n{tagged[0].partition('=')[0]}= 0")
+    (tmp_path / any_port.source).write_text(text)
+    assert frame(replace(any_port, folder=tmp_path)) != list(any_port.frame)
+
+
+@pytest.mark.parametrize(
+    ("line", "works"),
+    [
+        ("theta_hat = min(theta_hat, cap)", True),
+        ("if (small) return", True),
+        ("x1 = x1 > 4 ? cap : x1", True),
+        ("gain = 0.5", True),
+        ("def controller(t: float) -> float:", False),
+        ("const auto [x1, x2, theta_hat] = state;", False),
+    ],
+)
+def test_a_frame_has_nothing_that_computes_or_decides(line: str, works: bool) -> None:
+    assert bool(WORKS.search(line)) is works
 
 
 @every_port
