@@ -28,4 +28,4 @@ if [ "$status" = 130 ]; then
     trap - INT
     kill -INT $$
 fi
-exit "$status"
+exit "${status:-1}"

@@ -9,7 +9,7 @@ from conformance.atomic import write_atomically
 from conformance.judging.checks import Result
 from conformance.judging.trajectory import STATES
 from conformance.judging.verdict import Judgement, Verdict
-from conformance.programs.ports import ROOT, Port
+from conformance.programs.ports import ROOT, SIX, Port
 
 README = ROOT / "README.md"
 PICTURE = ROOT / "docs" / "tracking.png"
@@ -45,8 +45,8 @@ def with_table(text: str, results: str) -> str:
 
 
 def table(verdicts: Sequence[Verdict]) -> str:
-    """The results in Markdown; errors are rounded up to one digit."""
-    rows = [HEAD, ("---",) * len(HEAD), *map(row, verdicts)]
+    """The results of the six in Markdown; errors are rounded up to one digit."""
+    rows = [HEAD, ("---",) * len(HEAD), *(row(verdict) for verdict in verdicts if verdict.name in SIX)]
     return "".join(["\n", *(f"| {' | '.join(cells)} |\n" for cells in rows)])
 
 

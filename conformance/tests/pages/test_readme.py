@@ -86,5 +86,9 @@ def test_errors_are_rounded_up(figure: float, text: str) -> None:
     assert rounded_up(Result("claim", "(10)", figure, 1e-6, "", "")) == text
 
 
+def test_table_is_of_the_six_whatever_ports_there_are() -> None:
+    assert table([Verdict("awk", "pass"), Verdict("cpp", "pass")]) == table([Verdict("cpp", "pass")])
+
+
 def test_port_that_did_not_run_has_empty_cells() -> None:
     assert table([Verdict("cpp", "missing")]).splitlines()[-1] == "| cpp |  | missing |  |  |  |"

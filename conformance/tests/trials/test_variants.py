@@ -18,7 +18,7 @@ from conformance.atomic import write_atomically
 from conformance.judging.trajectory import Trajectory, load
 from conformance.judging.verdict import Verdict
 from conformance.pages.exercises import MATRIX, PAGE, page
-from conformance.programs.ports import ROOT, SIX, Port, read_ports, the_six
+from conformance.programs.ports import ROOT, SIX, Port, the_six
 from conformance.tests.under_test import PORTS, record, trajectory_of
 from conformance.theory.scenario import LESSON, Scenario
 from conformance.trials import kill_matrix
@@ -191,7 +191,7 @@ run_all((job(Path({str(tmp_path)!r}) / name, port, original(port)) for name in (
 
 
 def test_a_tree_keeps_the_edited_programs_that_have_run(tmp_path: Path) -> None:
-    first, second = (job(tmp_path, port, source(MISTAKE, port)) for port in runnable(read_ports().values())[:2])
+    first, second = (job(tmp_path, port, source(MISTAKE, port)) for port in runnable(the_six().values())[:2])
     for one in (first, second):  # one after another, as with --ports
         write_tree(tmp_path, [one], copy_what_runs)
     assert [in_tree(one.port, tmp_path).source_path.read_text() for one in (first, second)] == [first.text, second.text]
