@@ -76,9 +76,6 @@ STUMBLES = {  # what is wrong with a port, and what it is told to do
                     "tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function"),
     "a section": ("Chapter17_Lesson1.awk", "# ---- Controller ----", "", "paste the line\n# ---- Controller ----"),
     "the engine": ("port.toml", 'program = "awk"', 'program = "awkward"', "no engine found"),
-    "the program": ("Chapter17_Lesson1.awk", "    main()\n", "    main(\n", "make awk says"),
-    "the CSV": ("Chapter17_Lesson1.awk", "t,x1,x2", "time,x1,x2", "line 1"),
-    "standard output": ("Chapter17_Lesson1.awk", "True parameter", "Parameter", "standard output"),
     "the tolerance": ("port.toml", "{x1 = 2e-9,", "{x1 = 2e-7,", "tolerance = {x1 = 2e-09, x2 = 2e-08"),
     "a variant": ("variants.toml", ONE_REASON, "", "[[awk.tight-tolerance.edits]]"),
 }  # fmt: skip
