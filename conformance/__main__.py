@@ -25,7 +25,7 @@ RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform(?=$|
 SCENARIO = f"the experiment: {', '.join(SCENARIOS)}, or a TOML file with a table [scenario] (default: lesson)"
 MOST_ROWS = 1_000_000  # that truth prints
 MESSAGE = 1000  # characters of an error
-ANYWHERE = ("checks", "diff", "truth", "validate")  # what needs no clone of the repository
+ANYWHERE = ("certify", "checks", "design", "diff", "truth", "validate")  # what needs no clone of the repository
 
 
 def exact(text: str) -> Fraction:

@@ -47,6 +47,11 @@ def test_it_prints_the_truth(installed: Path, tmp_path: Path) -> None:
     assert (answer.returncode, answer.stderr) == (0, "") and "0.49530368" in answer.stdout
 
 
+def test_it_derives(installed: Path, tmp_path: Path) -> None:
+    answer = conformance(installed, tmp_path, "design", ROOT / "plants" / "Chapter17_Lesson1.toml")
+    assert (answer.returncode, answer.stderr) == (0, "") and "Assumptions (3)" in answer.stdout
+
+
 def test_what_needs_a_clone_says_so(installed: Path, tmp_path: Path) -> None:
     answer = conformance(installed, tmp_path, "check")
     assert (answer.returncode, answer.stdout) == (2, "")
