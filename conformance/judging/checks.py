@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from conformance.judging.identification import NEARER, neighbour, value
 from conformance.judging.measured import Measured, interpolate, interpolation_error
 from conformance.judging.trajectory import (
     COARSEST,
@@ -153,6 +154,19 @@ def states_equal_the_exact_solution(log: Measured, tolerance: Tolerance) -> list
         where += f"; {digits:.1f} digits agree; {figure / bound:.2g} times the tolerance"
         results.append(Result(f"{name}-equals-the-exact-solution", "(10)", figure, bound, where, "tolerance"))
     return results
+
+
+def parameters_are_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
+    """No other value of one parameter or start value explains the log much better than the scenario's own does.
+
+    The figure: how many times nearer the log is to the solution for that value, to first order in the proven dx/dp. A
+    solver's errors look like no change of one parameter; a wrong one is found however small, down to these errors.
+    """
+    found = neighbour(log)
+    own = value(log.exact, found.name)
+    figure = found.nearer if np.isfinite(log.deviation).all() else np.inf
+    where = f"times nearer to the solution for {found.name} = {own + found.change:.10g} than for {own:.10g}"
+    return Result("parameters-are-the-scenarios", "(10)", figure, NEARER, where, "more is no chance")
 
 
 # ---- The checklist (15) ----
@@ -355,6 +369,11 @@ CHECKS = (
         states_equal_the_exact_solution,
         _of_states("-equals-the-exact-solution"),
         "where a state breaks its equation, that; else the start, the method, such as an Euler step, or its tolerance",
+    ),
+    Check(
+        parameters_are_the_scenarios,
+        ("parameters-are-the-scenarios",),
+        "another value of the parameter or start value that is named",
     ),
     Check(
         output_approaches_reference,

@@ -25,6 +25,7 @@ from conformance.judging.checks import (
     programs_agree,
 )
 from conformance.judging.diagnosis import diagnosis
+from conformance.judging.identification import told
 from conformance.judging.measured import Measured
 from conformance.judging.report import read_report, report_problems
 from conformance.judging.trajectory import STATES, Trajectory, TrajectoryError, load
@@ -109,6 +110,7 @@ def judge_file(
         if diagnose and failed:
             problems = [*filter(None, [diagnosis(log, tolerance, failed)]), *problems]
         notes = [*trajectory.notes, *(digit_notes(trajectory) if checks is OF_ANYONE else ())]
+        notes += told(log) if diagnose else ()
         if stdout is not None:
             lines, more = read_report(stdout, banners)
             notes += more

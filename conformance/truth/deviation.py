@@ -27,7 +27,7 @@ import numpy as np
 from flint import arb, arb_poly, arb_series, ctx, fmpq
 from numpy.typing import NDArray
 
-FRAME = 10  # order of the polynomials Psi and Phi
+FRAME = 10  # order of the polynomials Psi and Phi, and of J
 BEYOND = 4  # orders to which the defect is expanded beyond the degree of the polynomials
 PARTS = (1, 2, 4, 8, 16, 32)  # into which a step is cut, one after the other
 ROUNDS = 20  # in which W is widened until it closes
@@ -62,16 +62,20 @@ def objects(shape: tuple[int, ...], entry: Callable[..., Any]) -> Objects:
     return made
 
 
-def polynomial(coefficients: Sequence[arb] | Objects, first: arb, h: arb, radius: arb | int = 0) -> Objects:
+def polynomial(coefficients: Sequence[arb] | Objects, first: arb, h: arb, radius: arb | float = 0) -> Objects:
     """A polynomial in first + s, and with it all functions within a radius; of constants, the pair of a constant."""
     p = arb_poly(list(coefficients)) + arb(0, radius)
-    shifts = [first, first + h / 2 + arb(0, (h / 2).abs_upper())]
-    return objects((2,), lambda i: arb_series(p(arb_poly([shifts[i], 1])).coeffs()))
+    pair = np.empty(2, dtype=object)
+    pair[0] = arb_series((p if first == 0 else p(arb_poly([first, 1]))).coeffs())
+    pair[1] = arb_series(p(arb_poly([first + h / 2 + arb(0, (h / 2).abs_upper()), 1])).coeffs())
+    return pair
 
 
 def constant(value: arb) -> Objects:
     """The same value at all times."""
-    return objects((2,), lambda i: arb_series([value]))
+    pair = np.empty(2, dtype=object)
+    pair[0] = pair[1] = arb_series([value])
+    return pair
 
 
 def each(function: Callable[[arb_series], arb_series]) -> Callable[[Objects], Objects]:
@@ -206,21 +210,34 @@ class Deviation(NamedTuple):
     box: Objects
 
 
-def advance(h: arb, J: Objects, d: Objects, order: int, before: Deviation, scale: Floats) -> tuple[Objects, Deviation]:
+def unit(n: int) -> Objects:
+    """The unit matrix."""
+    return objects((n, n), lambda i, j: arb(int(i == j)))
+
+
+def jumped(e: Deviation, jumps: Objects) -> Deviation:
+    """e after jumps of its entries that are no larger than these."""
+    return Deviation(np.hstack([e.basis, unit(len(jumps))]), np.vstack([e.box, jumps]))
+
+
+def advance(
+    h: arb, J: Objects, d: Objects, orders: tuple[int, int], before: Deviation, scale: Floats
+) -> tuple[Objects, Deviation]:
     """Bounds of |e_ij| on a step of width h on which e' = J e - d, and e at its end; a column of e per column of d.
 
-    order: of the expansion of d; that of J is FRAME. scale: (rows,), what the rows of e are measured in, for the choice
-    of the frame alone. Raises NotProven where the step is too wide.
+    orders: of the expansions of J, Psi and Phi, and of d. scale: (rows,), what the rows of e are measured in, for the
+    choice of the frame alone. Raises NotProven where the step is too wide.
     """
+    short, long = orders
     with np.errstate(all="ignore"):  # what is not finite passes no test below
-        flow, adjoint = frames(J, before, scale)
-    with series(ctx.prec, FRAME + 1):
-        Phi, Psi, Psi_rate = (_polynomials(c, h) for c in (flow, adjoint, rates(adjoint)))
-        unit = objects(J.shape, lambda i, j, k: arb_series([int(i == j)]))
-        near = _inverse(bounds(product(Psi, Phi) - unit, h, FRAME))
-        E = bounds(product(Psi_rate + product(Psi, J), Phi), h, FRAME) @ near
-        everywhere = bounds(Phi, h, FRAME) @ near
-    delta = bounds(product(_polynomials(adjoint, h), d), h, order) * h
+        flow, adjoint = frames(J, before, scale, short)
+    with series(ctx.prec, short + 1):
+        Phi, Psi, Psi_rate = (polynomials(c, h) for c in (flow, adjoint, rates(adjoint)))
+        one = objects(J.shape, lambda i, j, k: arb_series([int(i == j)]))
+        near = _inverse(bounds(product(Psi, Phi) - one, h, short))
+        E = bounds(product(Psi_rate + product(Psi, J), Phi), h, short) @ near
+        everywhere = bounds(Phi, h, short) @ near
+    delta = bounds(product(polynomials(adjoint, h), d), h, long) * h
     start = abs(adjoint[:, :, 0] @ before.basis) @ before.box
     found = start + delta
     for _ in range(ROUNDS):
@@ -232,14 +249,14 @@ def advance(h: arb, J: Objects, d: Objects, order: int, before: Deviation, scale
     raise NotProven("the bound of the deviation does not close")
 
 
-def frames(J: Objects, before: Deviation, scale: Floats) -> tuple[Objects, Objects]:
-    """Taylor coefficients of Phi and of Psi, (rows, rows, FRAME), from doubles: any would do, these make E small.
+def frames(J: Objects, before: Deviation, scale: Floats, order: int) -> tuple[Objects, Objects]:
+    """Taylor coefficients of Phi and of Psi, (rows, rows, order), from doubles: any would do, these make E small.
 
     Phi(0) is orthogonal in the units of the scale, its columns along the longest edges of e at the start (Lohner 1987).
     """
-    slopes = np.zeros((FRAME, *J.shape[:2]))
+    slopes = np.zeros((order, *J.shape[:2]))
     for i, j in np.ndindex(*J.shape[:2]):
-        known = [float(c.mid()) for c in J[i, j, 0].coeffs()[:FRAME]]
+        known = [float(c.mid()) for c in J[i, j, 0].coeffs()[:order]]
         slopes[: len(known), i, j] = known
     basis, box = (np.vectorize(lambda c: float(c.mid()), otypes=[float])(part) for part in before)
     edges = basis / scale[:, None]
@@ -247,11 +264,15 @@ def frames(J: Objects, before: Deviation, scale: Floats) -> tuple[Objects, Objec
     edges = edges * (box / np.maximum(lengths.max(axis=0), TINY)).max(axis=1)
     axes = np.linalg.qr(edges[:, np.argsort(-np.linalg.norm(edges, axis=0))])[0]
     flow, adjoint = [axes * scale[:, None]], [axes.T / scale]
-    for k in range(1, FRAME):
+    for k in range(1, order):
         flow.append(sum(slopes[i] @ flow[k - 1 - i] for i in range(k)) / k)
         adjoint.append(-sum(adjoint[k - 1 - i] @ slopes[i] for i in range(k)) / k)
-    exact = np.frompyfunc(arb, 1, 1)
-    return np.asarray(exact(np.stack(flow, axis=2))), np.asarray(exact(np.stack(adjoint, axis=2)))
+    return exactly(np.stack(flow, axis=2)), exactly(np.stack(adjoint, axis=2))
+
+
+def exactly(doubles: Floats) -> Objects:
+    """Doubles as exact balls."""
+    return np.asarray(np.frompyfunc(arb, 1, 1)(doubles), dtype=object)
 
 
 def rates(coefficients: Objects) -> Objects:
@@ -260,7 +281,8 @@ def rates(coefficients: Objects) -> Objects:
     return found
 
 
-def _polynomials(coefficients: Objects, h: arb) -> Objects:
+def polynomials(coefficients: Objects, h: arb) -> Objects:
+    """Polynomials of the coefficients along the last axis, from s = 0."""
     return np.stack([[polynomial(list(c), arb(0), h) for c in row] for row in coefficients])
 
 
@@ -300,18 +322,16 @@ def deviations(claim: Claim, bits: int) -> Iterator[list[arb]]:
     """
     n = len(claim.rhs)
     with series(bits, 2):
-        unit = objects((n, n), lambda i, j: arb(int(i == j)))
         balls = [rational(middle) + arb(0, abs_upper(rational(radius))) for middle, radius in claim.start]
         jump = [abs_upper(x - p[0]) for x, p in zip(balls, claim.steps[0].polynomial, strict=True)]
-        e = Deviation(unit, objects((n, 1), lambda i, j: jump[i]))
+        e = Deviation(unit(n), objects((n, 1), lambda i, j: jump[i]))
     for step, after in zip(claim.steps, (*claim.steps[1:], None), strict=True):
         with series(bits, 2):
             found, e = _whole_step(claim, step, e)
             if after is not None:
                 pairs = zip(step.polynomial, after.polynomial, strict=True)
                 jump = [abs_upper(arb_poly(list(p))(rational(step.width)) - q[0]) for p, q in pairs]
-                box = objects((n, 1), lambda i, j, jump=jump: jump[i])
-                e = Deviation(np.hstack([e.basis, unit]), np.vstack([e.box, box]))
+                e = jumped(e, objects((n, 1), lambda i, j, jump=jump: jump[i]))
         yield found
 
 
@@ -346,7 +366,7 @@ def _part_of_step(
         f = rows(claim.program, claim.rhs, polynomial(time, begin, h), x, derive=True)
         J = np.stack([[slopes.get(j, constant(arb(0))) for j in range(n)] for _, slopes in f])
     with series(ctx.prec, order + 1):
-        everywhere, after = advance(h, J, d, order, before, np.array([float(r) for r in step.radius]))
+        everywhere, after = advance(h, J, d, (FRAME, order), before, np.array([float(r) for r in step.radius]))
     if not all(bound < radius for bound, radius in zip(everywhere[:, 0], step.radius, strict=True)):
         i = next(i for i in range(n) if not everywhere[i, 0] < step.radius[i])
         raise NotProven(f"row {i + 1} may be {float(everywhere[i, 0]):.2e} away, stated is {float(step.radius[i]):.2e}")

@@ -6,15 +6,19 @@ No formula of the controller stands here: `design` derives them from the plant.
 
 import functools
 import inspect
-from collections.abc import Iterable, Iterator
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from decimal import ROUND_UP, Decimal, localcontext
 from fractions import Fraction
 
 import sympy as sp
 from flint import arb
 
+from conformance.atomic import write_atomically
+from conformance.places import PACKAGE
 from conformance.theory.design import ClosedLoop, closed_loop, tuning_functions
-from conformance.theory.scenario import PARAMETERS, POSITIVE, Scenario
+from conformance.theory.scenario import PARAMETERS, POSITIVE, WAVES, Scenario
 from conformance.theory.strict_feedback import Plant, strict_feedback
 from conformance.truth.enclosure import Progress
 from conformance.truth.taylor import precision
@@ -97,11 +101,29 @@ def _printed(ball: arb, digits: int) -> tuple[str, str]:
 # ---- The closed loop in double precision ----
 
 
-def source(wave: str) -> str:
-    """The derived closed loop as Python source: functions, each giving a list of numbers or arrays.
+def module() -> str:
+    """The source of `closed_loop`: the derived closed loop as functions, for either wave."""
+    head = """# SPDX-License-Identifier: MIT
+# Written by: python -m conformance.truth.experiment
+\"\"\"The closed loop of the lesson's plant under the controller derived for it; `experiment` derived what stands here.
 
-    Their arguments are t (s), x1, x2 and theta_hat, arrays of one shape (of `reference` t alone), and the PARAMETERS.
-    """
+Each function gives a list of arrays, or numbers, from t (s), the states and the parameters; r is a sine or a cosine.
+\"\"\"
+
+from typing import Any
+
+from numpy import cos, sin
+
+from conformance.truth.piecewise import Floats
+
+"""
+    text = head + "\n".join(source(wave) for wave in WAVES)
+    command = [sys.executable, "-m", "ruff", "format", "--line-length", "120", "-"]
+    return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
+
+
+def source(wave: str) -> str:
+    """The derived closed loop as Python source, of `reference` in t alone."""
     loop = derived_loop(wave)
     states = (loop.time, *loop.states)
     field = sp.Matrix([loop.explicit(e) for e in loop.rhs])
@@ -113,7 +135,7 @@ def source(wave: str) -> str:
         return quantity.diff(loop.time) + quantity.jacobian(loop.states) * field
 
     return "\n".join(
-        _function(name, (*arguments, *SYMBOLS), list(expressions))
+        _function(f"{name}_{wave}", arguments, list(expressions))
         for name, arguments, expressions in (
             ("reference", (loop.time,), [loop.explicit(loop.reference)]),
             ("control", states, [loop.explicit(loop.u)]),
@@ -127,6 +149,12 @@ def source(wave: str) -> str:
     )
 
 
-def _function(name: str, arguments: tuple[sp.Symbol, ...], expressions: list[sp.Expr]) -> str:
-    function = sp.lambdify(arguments, expressions, "numpy", cse=True)
-    return inspect.getsource(function).replace("_lambdifygenerated", name, 1)
+def _function(name: str, arguments: Sequence[sp.Symbol], expressions: list[sp.Expr]) -> str:
+    function = sp.lambdify((*arguments, *SYMBOLS), expressions, "numpy", cse=True)
+    _, _, body = inspect.getsource(function).partition("\n")
+    typed = [*(f"{s}: Floats" for s in arguments), *(f"{s}: float" for s in SYMBOLS)]
+    return f"def {name}({', '.join(typed)}) -> list[Any]:\n{body}"
+
+
+if __name__ == "__main__":
+    write_atomically(PACKAGE / "truth" / "closed_loop.py", module())

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The truth of the lesson's experiment, through the derived closed loop: no formula of the lesson stands here."""
 
+import io
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -14,8 +16,9 @@ from flint import arb
 
 from conformance.programs.ports import ROOT
 from conformance.theory.scenario import LESSON
-from conformance.truth.exact import derived_functions, exact
-from conformance.truth.experiment import derived_loop, parameters, problem, truth
+from conformance.truth import cache
+from conformance.truth.exact import Exact, exact, packed
+from conformance.truth.experiment import derived_loop, module, parameters, problem, truth
 from conformance.truth.taylor import precision
 from conformance.truth.truth import Enclosure, ball_function, enclose
 
@@ -94,21 +97,72 @@ def test_functions_of_the_states_agree_with_the_enclosure() -> None:
     assert np.allclose(lesson.first(t, states)[1], lesson.control(t, states), atol=1e-13)
 
 
-def test_what_is_kept_is_derived_again_when_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_closed_loop_in_the_sources_is_the_derived_one() -> None:
+    """If not: python -m conformance.truth.experiment"""
+    assert (ROOT / "conformance/truth/closed_loop.py").read_text() == module()
+
+
+SHORT = replace(LESSON, horizon=Fraction(1))
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The one file of a cache of its own."""
     monkeypatch.setattr("conformance.truth.exact.KEPT", tmp_path)
-    short = replace(LESSON, horizon=Fraction(1))
+    exact.cache_clear()
+    exact(SHORT)
+    (path,) = tmp_path.iterdir()
+    return path
 
-    def derived() -> np.ndarray:
-        exact.cache_clear()
-        derived_functions.cache_clear()
-        return exact(short).first(np.ones(1), exact(short).evaluate(np.ones(1)))
 
-    before = derived()
-    whole = {path: path.read_bytes() for path in tmp_path.iterdir()}
-    assert sorted(path.suffix for path in whole) == [".exact", ".functions"]
-    for path, content in whole.items():
-        path.write_bytes(content[:-100] + bytes(100))
-    assert (derived() == before).all() and {path: path.read_bytes() for path in whole} == whole
+def read_again() -> Exact:
+    exact.cache_clear()
+    return exact(SHORT)
+
+
+def test_what_is_kept_is_proven_again_when_damaged(kept: Path) -> None:
+    whole = kept.read_bytes()
+    kept.write_bytes(whole[:-100] + bytes(100))
+    assert read_again().evaluate(1.0).shape == (3,) and kept.read_bytes() == whole
+
+
+FORGERIES = {
+    "a solution off by 1e-10": lambda e: replace(e, table=replace(e.table, polynomial=e.table.polynomial + 1e-10)),
+    "another solution": lambda e: replace(e, table=exact(replace(SHORT, gamma=Fraction("3.0000001"))).table),
+    "another start": lambda e: replace(e, table=exact(replace(SHORT, x2_start=Fraction("-0.5000001"))).table),
+    "a bound that is too wide": lambda e: replace(e, table=replace(e.table, bound=e.table.bound + 1e-6)),
+    "a table of nothing": lambda e: replace(
+        e, table=replace(e.table, polynomial=np.full_like(e.table.polynomial, np.nan))
+    ),
+    "gains that are too large": lambda e: replace(e, gains=replace(e.gains, field=1.1 * e.gains.field)),
+    "gains that are too small": lambda e: replace(e, gains=replace(e.gains, V=0.9 * e.gains.V)),
+    "sensitivities of another scenario": lambda e: replace(
+        e, sensitivity=exact(replace(SHORT, theta=Fraction("1.3"))).sensitivity
+    ),
+    "sensitivities exchanged": lambda e: replace(
+        e, sensitivity=replace(e.sensitivity, polynomial=e.sensitivity.polynomial[..., ::-1].copy())
+    ),
+}
+
+
+@pytest.mark.parametrize("forge", FORGERIES.values(), ids=FORGERIES)
+def test_what_is_forged_is_proven_again(forge: Callable[[Exact], Exact], kept: Path) -> None:
+    """The key and the checksum fit: what is read is checked against the equations."""
+    whole = kept.read_bytes()
+    head = whole.partition(b"\n")[0].split()[0].decode()
+    cache.write(kept, head, packed(forge(read_again())))
+    assert kept.read_bytes() != whole
+    read_again()
+    assert kept.read_bytes() == whole
+
+
+def test_nothing_that_is_kept_is_executed(kept: Path) -> None:
+    """A pickle in the place of numbers is refused unread."""
+    head = kept.read_bytes().partition(b"\n")[0].split()[0].decode()
+    stream = io.BytesIO()
+    np.savez(stream, **{"Table.edges": np.array([print], dtype=object)})
+    cache.write(kept, head, stream.getvalue())
+    assert read_again().table.edges.dtype == float
 
 
 def test_judging_from_the_cache_needs_neither_sympy_nor_ball_arithmetic() -> None:
