@@ -133,7 +133,7 @@ def explanation(log: Measured) -> Implied | None:
 
 
 def told(log: Measured) -> list[str]:
-    """What a log says of the equations, in lines: which scenario explains it better than its own, or what it implies."""
+    """What a log says of the equations, in lines: which scenario explains it better, or what it implies."""
     better = explanation(log) if neighbour(log).nearer > WORTH_A_TRY**2 else None
     if better is not None:
         return [f"this is the solution for {better}, not for {value(log.exact, better.name):.10g}"]
