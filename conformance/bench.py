@@ -36,8 +36,11 @@ from conformance.trials import mutants, named
 from conformance.trials.campaign import Trial, draw, prepare_all, run_campaign, run_program, scratch_tree, trial
 from conformance.trials.edits import constant_edit, edited
 from conformance.trials.variant import copy_tree, read_variants, runnable
+from conformance.truth.certificate import certificate
+from conformance.truth.certify import certify, parse
 from conformance.truth.exact import exact
 from conformance.truth.experiment import problem
+from conformance.truth.sensitivity import sensitivity
 from conformance.truth.truth import Enclosure, InitialValueProblem, ProofEnded, enclose
 
 T = TypeVar("T")
@@ -100,6 +103,15 @@ def bench_truth(limit: float = 60.0) -> None:
     print(f"  for a radius of 1e-12: {coarse:.2f} s; from the cache: {warm:.3f} s (aim: 0.1 s)")
     print(f"  at a million times, as doubles: {dense:.2f} s, {1e6 / dense:.1e} per s (aim: 0.5 s);", end=" ")
     print(f"error at most {error:.1e} of each state's scale (aim: 1e-15)")
+    text, wrote = timed(lambda: certificate(lesson, enclosed))
+    found, read = timed(lambda: parse(text))
+    radius, checked = timed(lambda: certify(found))
+    print(
+        f"certificate: {len(text) / 1e6:.1f} MB, written and checked in {wrote:.1f} s; read in {read:.2f} s,", end=" "
+    )
+    print(f"checked in {checked:.1f} s: within {float(radius):.1e}, stated {found.radius:.1e} (aim: below 1e-15)")
+    _, proven = timed(lambda: sensitivity(LESSON))
+    print(f"sensitivities and gains: {proven:.1f} s")
     print(f"heyoka, double precision, no proof: {heyoka_figures(lesson, enclosed)}")
     print(f"mpmath.odefun, 20 digits, no proof: {mpmath_figures(lesson, enclosed, limit)}")
 

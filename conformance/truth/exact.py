@@ -137,7 +137,7 @@ def rows(function: Function, scenario: Scenario, t: Floats, states: Iterable[Flo
 def exact(scenario: Scenario, target: float = TARGET) -> Exact:
     """The exact solution of a scenario, by a proof whose radius is at most `target`; from the cache where it is.
 
-    Raises ProofEnded or NotProven where the proof cannot be continued to the horizon.
+    Raises ProofEnded where the proof cannot be continued to the horizon.
     """
     key = _key((scenario, target))
     path = KEPT / f"{key}.exact"

@@ -41,6 +41,7 @@ from conformance.truth.deviation import (
     series,
     unit,
 )
+from conformance.truth.enclosure import ProofEnded
 from conformance.truth.exact import COLUMNS, Gains, Sensitivity
 from conformance.truth.experiment import SYMBOLS, derived_loop, parameters, problem
 from conformance.truth.taylor import coefficients, compile_program
@@ -100,7 +101,7 @@ class Field(NamedTuple):
 
 
 def pieces(scenario: Scenario) -> Iterator[Piece]:
-    """The sensitivities step by step; raises NotProven where a step would have to be too short."""
+    """The sensitivities step by step; raises ProofEnded where a step would have to be too short."""
     flow = problem(scenario)
     point = compile_program(flow.time, flow.states, flow.rhs, flow.definitions)
     n = len(flow.states)
@@ -118,7 +119,7 @@ def pieces(scenario: Scenario) -> Iterator[Piece]:
             while (piece := _piece(field, path, walk, width)) is None:
                 width = width / 2
                 if width < SHORTEST:
-                    raise NotProven(f"sensitivities cannot be continued at t = {float(walk.time):.9g}")
+                    raise ProofEnded(float(walk.time), "the sensitivities would need steps that are too short")
             yield piece
 
 
@@ -202,7 +203,7 @@ def _middles(pairs: Objects, order: int) -> Floats:
 def sensitivity(scenario: Scenario) -> tuple[Sensitivity, Gains]:
     """The sensitivities of a scenario, and the gains of its checks, both proven.
 
-    Raises NotProven where they cannot be.
+    Raises ProofEnded where they cannot be.
     """
     found = list(pieces(scenario))
     largest, integral = np.zeros((7, 3)), np.zeros((7, 3))
