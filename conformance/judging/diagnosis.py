@@ -30,6 +30,7 @@ EXPLAINED = 0.03  # share of the defects that a hypothesis may leave
 ROUGH = (
     0.3  # share of its move by which a step may differ from the next; the rule fails beyond, as near a division by 0
 )
+MOST = 1000.0  # times what is allowed, a tenth of its move, that a hypothesis may leave of the median step
 FLOOR = 1e-3  # of what is allowed: defects below tell nothing
 FEWEST = 40  # steps
 NEAR = 0.1  # of the exact solution, where the rule misses of the log what it misses of that
@@ -391,10 +392,12 @@ def by_statements(log: Measured, steps: Steps, before: float, reference_holds: b
             continue
         left, value = fitted(steps, one, numbers)
         natural = one.plain or not one.free or min(abs(value), abs(value + 1)) < NATURAL
-        found.append((max(left, 1e-3 * before) * (1 if natural else 1.5), value, one))
+        found.append((max(left, 1e-6 * before, FLOOR) * (1 if natural else 1.5), value, one))
     found.sort(key=lambda each: each[0])
     left, value, best = found[0]
-    if left > EXPLAINED * before or before < FLOOR:
+    given = {**numbers, **best.numbers} | ({best.free: value} if best.free else {})
+    usual = float(np.median(np.abs(steps.defect(code(best.some), given, None)).max(axis=0)))
+    if left > EXPLAINED * before or before < FLOOR or usual > MOST:
         return two_estimates(log, steps, numbers, before)
     others = [
         (value, one) for other, value, one in found[1:] if other <= 1.01 * left and one.statement != best.statement

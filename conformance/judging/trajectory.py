@@ -137,13 +137,17 @@ class _Reader:
         if self.line == 1:
             block = self._after_header(block)
         rows = block.rstrip(b" \t\r\n")
+        ends = block[len(rows) :].count(b"\n")
         if rows and self.blank:
             raise self.wrong(self.blank, "found an empty line, expected six numbers")
         if rows:
-            yield self._numbers(rows)
-        lines = rows.count(b"\n") + bool(rows)
-        self.blank = self.blank or (self.line + lines) * (block.count(b"\n") > lines)
-        self.line += max(lines, block.count(b"\n"))
+            columns = self._numbers(rows)
+            yield columns
+            self.line += columns[0].size
+            ends -= 1
+        if ends > 0:
+            self.blank = self.blank or self.line
+            self.line += ends
 
     def wrong(self, line: int, what: str) -> TrajectoryError:
         """The error that stands in a line."""

@@ -146,7 +146,7 @@ def test_proof_that_ends_is_told(said: Said, right_csv: Path, tmp_path: Path, mo
         raise ProofEnded(1, "the flow expands")
 
     monkeypatch.setattr("conformance.judging.verdict.exact", out_of_reach)
-    monkeypatch.setattr("conformance.truth.experiment.truth", out_of_reach)
+    monkeypatch.setattr("conformance.truth.experiment.truth_table", out_of_reach)
     for words in (("validate", right_csv), ("truth",)):
         line = one_line(said(*words))
         assert "the exact solution of this experiment is out of reach" in line and "the flow expands" in line

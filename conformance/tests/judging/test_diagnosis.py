@@ -202,3 +202,21 @@ def test_state_of_another_experiment_is_named() -> None:
 
 def test_right_log_has_no_diagnosis() -> None:
     assert said(UNIFORM, TRUE) == ""
+
+
+DEGENERATE = {
+    "two rows": (np.array([0.0, 3.0]), np.ones((3, 2))),
+    "three rows": (np.array([0.0, 1e-300, 3.0]), np.ones((3, 3))),
+    "zeros": (UNIFORM, np.zeros((3, 301))),
+    "huge": (UNIFORM, np.full((3, 301), 1e300)),
+    "beyond what is looked at from the start": (UNIFORM, 1e7 * (1 + UNIFORM) * np.ones((3, 1))),
+    "noise": (UNIFORM, np.random.default_rng(3).normal(size=(3, 301))),
+    "signs": (UNIFORM, -TRUE),
+    "one row too many": (np.r_[UNIFORM, 3.001], EXACT.evaluate(np.r_[UNIFORM, 3.001]) * (1 + 1e-3)),
+}
+
+
+@pytest.mark.parametrize("name", DEGENERATE)
+def test_log_without_sense_breaks_nothing(name: str) -> None:
+    t, states = DEGENERATE[name]
+    assert "\n" not in said(t, states)
