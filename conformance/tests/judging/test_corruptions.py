@@ -180,6 +180,10 @@ CORRUPTIONS: dict[str, tuple[str, Callable[[], str | bytes]]] = {
         lambda: changed(theta_hat=THETA_HAT[np.minimum(ROWS, 400)]),
     ),
     "an estimate that runs away": ("estimate-stays-bounded", lambda: changed(theta_hat=THETA_HAT + UNIFORM)),
+    "another start, within the tolerance": (
+        "parameters-are-the-scenarios",
+        lambda: text(logged(UNIFORM, dop853(x2_start=-0.5000001))),
+    ),
     "another start": ("x2-equals-the-exact-solution", lambda: text(other_start())),
     "rows left out": ("rows-are-close-enough", lambda: "".join([*LINES[:20], *LINES[120:]])),
     "another reference": ("reference-is-the-scenarios", lambda: changed(reference=1.001 * REFERENCE)),
