@@ -159,7 +159,7 @@ def from_latex(latex: str) -> list[sp.Eq]:
 
 
 def equation(left: str, right: str) -> sp.Eq:
-    names = {name: sp.Symbol(name) for name in re.findall(r"[a-z]\w*", left + right) if name not in ("sin", "cos")}
+    names = {name: sp.Symbol(name) for name in re.findall(r"[a-z]\w*", f"{left} {right}") if name not in ("sin", "cos")}
     return sp.Eq(
         *(parse_expr(side, names, (*standard_transformations, implicit_multiplication)) for side in (left, right))
     )
