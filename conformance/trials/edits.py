@@ -144,5 +144,12 @@ def _reference(scenario: Scenario) -> list[tuple[str, str]]:
 
 
 def without_drawing(port: Port) -> list[Edit]:
-    """What leaves out the figure, which costs more time than the rest of the program."""
+    """What leaves out the figure, which costs more time than the rest of the program.
+
+    Raises ValueError for a line outside of the section Figures, an import apart: there it would hide what it does.
+    """
+    _, _, figures = source(port).partition(port.section.format("Figures"))
+    for line in port.drawing:
+        if line not in figures and not line.startswith("import "):
+            raise ValueError(f"{port.name}, drawing: {line.strip()!r} stands outside of the section Figures")
     return [Edit(line, "") for line in port.drawing]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """An edit finds its text exactly once; constants, names and functions are changed as each port spells them."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -18,6 +19,7 @@ from conformance.trials.edits import (
     edited,
     scenario_edits,
     spelled,
+    without_drawing,
 )
 
 ALL = read_ports()
@@ -86,3 +88,11 @@ def test_names_and_functions_are_spelled_as_the_port_spells_them() -> None:
 def test_a_decimal_has_a_point_and_no_exponent(value: str) -> None:
     text = decimal(Fraction(value))
     assert "." in text and "e" not in text and float(text) == float(Fraction(value))
+
+
+def test_what_is_left_out_with_the_figure_stands_in_its_section() -> None:
+    hidden = replace(PORTS["python"], drawing=("    z1 = x1 - r  # (5) tracking error\n",))
+    with pytest.raises(ValueError, match="outside of the section Figures"):
+        without_drawing(hidden)
+    for port in PORTS.values():
+        assert len(without_drawing(port)) == len(port.drawing)
