@@ -14,7 +14,7 @@ RUN := $(PYTHON) -B -m conformance.programs.run
 
 include $(sort $(wildcard */port.mk))
 
-TARGETS := all bench check clean distclean environment help mutants ports readme report system
+TARGETS := all bench check clean distclean environment help mutants ports readme report system write
 KEPT := build campaign every guests truth variants
 ifneq ($(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)),)
 $(error a port cannot be called $(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)): make and the harness use that name)
@@ -56,6 +56,9 @@ check:  ## bring all up to date, judge every result, and write the page
 
 report: environment .venv/page/installed  ## write the page on what the programs left: build/report/index.html
 	@$(PYTHON) -m conformance report
+
+write: environment  ## bring the six programs up to date with plants/Chapter17_Lesson1.toml and the templates
+	@$(PYTHON) -m conformance write plants/Chapter17_Lesson1.toml --to . --force
 
 readme: all  ## bring the README's table and picture up to date
 	@$(PYTHON) -m conformance readme

@@ -141,6 +141,16 @@ def parser() -> Parser:
     )
     design.add_argument("file", type=Path, metavar="FILE.toml", help="the experiment")
     design.add_argument("--format", choices=("text", "markdown", "latex", "json"), default="text", help="default: text")
+    write = commands.add_parser(
+        "write",
+        help="write the programs of a plant, to take away",
+        description="Write the program of an experiment file in every language, with what it needs to run. Each goes "
+        "to the folder of its language below FOLDER; files that say another thing are kept, unless --force.",
+    )
+    write.add_argument("file", type=Path, metavar="FILE.toml", help="the experiment")
+    write.add_argument("--to", type=Path, required=True, metavar="FOLDER", help="where")
+    write.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: all)")
+    write.add_argument("--force", action="store_true", help="overwrite what is there")
     design.add_argument("--large", action="store_true", help="even if it has more statements than anyone reads")
     new_port = commands.add_parser("new-port", help="write the skeleton of a port in another language")
     new_port.add_argument("name", help="lower-case letters and digits, such as fortran")
@@ -444,6 +454,25 @@ def port(arguments: argparse.Namespace) -> int:
     return 0 if done else 1
 
 
+def write(arguments: argparse.Namespace) -> int:
+    """The programs of an experiment."""
+    from conformance.programs.ports import read_ports, selected_ports
+    from conformance.programs.writer import write_programs
+    from conformance.theory.experiment_file import read_experiment
+    from conformance.theory.faults import FileFault
+
+    ports = selected_ports(arguments.ports) if arguments.ports else read_ports()
+    ports = {name: port for name, port in ports.items() if port.template or arguments.ports}
+    try:
+        experiment = read_experiment(arguments.file)
+    except FileFault as refused:
+        print(refused, file=sys.stderr)
+        return 2
+    for path in write_programs(experiment, ports.values(), arguments.to, arguments.force):
+        print(plain(path, MESSAGE))
+    return 0
+
+
 def print_truth(arguments: argparse.Namespace) -> int:
     """The enclosure at the times asked for, row by row; or its certificate."""
     from conformance.theory.scenario import scenario_named
@@ -536,6 +565,7 @@ COMMANDS = {
     "mutants": mutants,
     "diff": diff,
     "design": design,
+    "write": write,
     "new-port": new_port,
     "port": port,
     "truth": print_truth,

@@ -5,7 +5,8 @@
 //     plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
 //     task      x1 follows r(t), and every signal stays bounded
 //     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
-//               phi: regressor;  thetaHat: estimate of theta;  xDot: time derivative of x;
+//               phi: regressor;  theta: unknown parameter (1/s);  thetaHat: estimate of theta;
+//               xDot: time derivative of x;  xDotKnown: what of xDot is known;
 //               alpha1X1: partial derivative of alpha1 with respect to x1
 //     (n)       section n of the lesson
 //
@@ -26,7 +27,7 @@ public final class Chapter17_Lesson1 {
 
     // ---- Parameters ----
 
-    static final double THETA_TRUE = 1.2;       // (15) true parameter, used by the plant alone
+    static final double THETA_TRUE = 1.2;       // (15) true parameter, used by the plant alone, 1/s
     static final double K1 = 2.0;               // (15) gain on z1, positive
     static final double K2 = 2.5;               // (15) gain on z2, positive
     static final double GAMMA = 3.0;            // (15) adaptation gain, positive
@@ -87,10 +88,12 @@ public final class Chapter17_Lesson1 {
         final double x2 = state[1];
         final double thetaHat = state[2];
         final Control control = controller(t, x1, x2, thetaHat);
+        final double u = control.u;
+        final double thetaHatDot = control.thetaHatDot;
         final double phi = regressor(x1);
         final double x1Dot = x2 + THETA_TRUE * phi;  // (7) plant, row 1
-        final double x2Dot = control.u;              // (7) plant, row 2
-        return new double[] {x1Dot, x2Dot, control.thetaHatDot};
+        final double x2Dot = u;                      // (7) plant, row 2
+        return new double[] {x1Dot, x2Dot, thetaHatDot};
     }
 
     // ---- Integrate ----

@@ -5,7 +5,8 @@ function results = Chapter17_Lesson1
 %   plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
 %   task      x1 follows r(t), and every signal stays bounded
 %   notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
-%             phi: regressor;  thetaHat: estimate of theta;  xDot: time derivative of x;
+%             phi: regressor;  theta: unknown parameter (1/s);  thetaHat: estimate of theta;
+%             xDot: time derivative of x;  xDotKnown: what of xDot is known;
 %             alpha1X1: partial derivative of alpha1 with respect to x1
 %   (n)       section n of the lesson
 %
@@ -16,7 +17,7 @@ function results = Chapter17_Lesson1
 
 %% Parameters
 
-thetaTrue = 1.2;      % (15) true parameter, used by the plant alone
+thetaTrue = 1.2;      % (15) true parameter, used by the plant alone, 1/s
 k1 = 2.0;             % (15) gain on z1, positive
 k2 = 2.5;             % (15) gain on z2, positive
 gamma = 3.0;          % (15) adaptation gain, positive
@@ -181,13 +182,13 @@ estimateName = 'Chapter17_Lesson1_matlab_estimate.png';
 
     function trajectory = main()
         [t, x1, x2, thetaHat] = simulate();
-        referenceSignal = reference(t);
+        referenceSignal = arrayfun(@reference, t);
         trackingError = x1 - referenceSignal;
         writeCsv(t, x1, x2, thetaHat, referenceSignal, trackingError);
         report(thetaHat, trackingError);
         draw(t, x1, thetaHat, referenceSignal, trackingError);
-        trajectory = struct('t', t, 'x1', x1, 'x2', x2, 'thetaHat', thetaHat, ...
-                            'referenceSignal', referenceSignal, 'trackingError', trackingError);
+        trajectory = struct('t', t, 'x1', x1, 'x2', x2, 'thetaHat', thetaHat, 'referenceSignal', referenceSignal, ...
+                            'trackingError', trackingError);
     end
 
 solved = main();

@@ -5,7 +5,8 @@ function results = Chapter17_Lesson1_Simulink
 %   plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
 %   task      x1 follows r(t), and every signal stays bounded
 %   notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
-%             phi: regressor;  thetaHat: estimate of theta;  xDot: time derivative of x;
+%             phi: regressor;  theta: unknown parameter (1/s);  thetaHat: estimate of theta;
+%             xDot: time derivative of x;  xDotKnown: what of xDot is known;
 %             alpha1X1: partial derivative of alpha1 with respect to x1
 %   (n)       section n of the lesson
 %
@@ -16,7 +17,7 @@ function results = Chapter17_Lesson1_Simulink
 
 %% Parameters
 
-thetaTrue = 1.2;      % (15) true parameter, used by the plant alone
+thetaTrue = 1.2;      % (15) true parameter, used by the plant alone, 1/s
 k1 = 2.0;             % (15) gain on z1, positive
 k2 = 2.5;             % (15) gain on z2, positive
 gamma = 3.0;          % (15) adaptation gain, positive
@@ -60,9 +61,9 @@ controller = {
     'alpha1 = -k1 * z1 - thetaHat * phi + rDot;  % (7) virtual control'
     'z2 = x2 - alpha1;                           % (5) distance from the virtual control'
     '% phi(x1) = x1 has the derivative 1'
-    'alpha1X1 = -k1 - thetaHat;                  % (7) partial derivative of alpha1'
-    'tau2 = phi * z1 - alpha1X1 * phi * z2;      % (7) tuning function'
-    'thetaHatDot = gamma * tau2;                 % (7) update law'
+    'alpha1X1 = -k1 - thetaHat;              % (7) partial derivative of alpha1'
+    'tau2 = phi * z1 - alpha1X1 * phi * z2;  % (7) tuning function'
+    'thetaHatDot = gamma * tau2;             % (7) update law'
     '% alpha1'' contains theta, by x1'': this is what is left of it with thetaHat in theta''s place'
     'alpha1DotKnown = alpha1X1 * (x2 + thetaHat * phi) + k1 * rDot + rDDot;  % (7) known part'
     '% alpha1 moves with thetaHat too: hence the last term'
@@ -220,8 +221,8 @@ closedLoop = [
         report(thetaHat, trackingError);
         draw(t, x1, referenceSignal);
         showModel();
-        trajectory = struct('t', t, 'x1', x1, 'x2', x2, 'thetaHat', thetaHat, ...
-                            'referenceSignal', referenceSignal, 'trackingError', trackingError);
+        trajectory = struct('t', t, 'x1', x1, 'x2', x2, 'thetaHat', thetaHat, 'referenceSignal', referenceSignal, ...
+                            'trackingError', trackingError);
     end
 
 solved = main();

@@ -80,11 +80,18 @@ class Port:
     exceptions: tuple[tuple[str, str], ...] = ()  # names that differ from the other programs' in more than their case
     signal: str = "{name}"  # how the value of a signal at the time t is written
     definition: str = "{name} = {expression}"  # and how it is defined
-    derivative: str = ""  # and how a row of the plant, where it is not defined as any signal
     frame: tuple[str, ...] = ()  # the lines of the mathematical core that are no statement of the lesson
     lesson_names: tuple[str, ...] = ()  # of the lesson's own listing, each of which the program uses
     constant: str = "{name} = {value}"  # how a constant is stated in the section Parameters
     functions: tuple[tuple[str, str], ...] = (("sin", "sin({})"), ("cos", "cos({})"))
+    power: str = "{}^{}"  # a base with an exponent, as operator or as function
+    exponent: str = "{}e{}"  # a number with an exponent of ten
+    statement: str = "{}"  # what stands around a definition
+    broken: tuple[str, str, str] = ("", "", "")  # what opens a long expression, ends each of its lines, and closes it
+    aligned: bool = True  # whether the comments that trail statements stand below each other
+    reserved: str = ""  # names that mean something in the language, apart from those that its program uses
+    template: str = ""  # of the program, in its folder; a port that has none takes part in the lesson alone
+    needs: tuple[str, ...] = ()  # further files of its folder that the program needs to run, as patterns
     drawing: tuple[str, ...] = ()  # the lines that draw the figure, which a variant leaves out
 
     @property

@@ -49,13 +49,8 @@ def sections(port: Port) -> list[str]:
     return re.findall(f"^ *{pattern},?$", source(port), flags=re.MULTILINE)
 
 
-def camel(text: str) -> str:
-    """snake_case names as camelCase: thetaHat, and rDDot for r_ddot."""
-    return re.sub(r"(?<=[a-z0-9])_(dd|[a-z0-9])", lambda m: m[1].upper(), text)
-
-
 def snake(text: str) -> str:
-    """camelCase names as snake_case: the inverse of `camel`."""
+    """camelCase names as snake_case: theta_hat, and r_ddot for rDDot."""
     return re.sub(r"(?<=[a-z0-9])(DD|[A-Z])", lambda m: "_" + m[1].lower(), text)
 
 
@@ -64,22 +59,27 @@ def spaced(text: str) -> str:
     return r"[ \t]*".join(map(re.escape, re.findall(r"\w+|\n|[^\w\s]", text)))
 
 
-def statement(port: Port, text: str) -> str:
-    """A tagged statement in the words that all programs share, without spaces and what is the language's own."""
+def statement(port: Port, text: str, names: Mapping[str, str] | None = None) -> str:
+    """A tagged statement in the words that all programs share, without spaces and what is the language's own.
+
+    `names` are the common names by the program's; without them, names follow the rule of the language's case.
+    """
     text = _defined(port, text)
     text = re.sub(r"\b(constexpr|const|static|final|double|return)\b", "", text)
-    text = re.sub(r"\b(np\.|std::|Math\.|control\.)", "", text)
     text = re.sub(r'^ *Cell\["', "", text)
-    if port.signal != "{name}":  # the notebook's functions of t, and its equations
-        text = re.sub(r"(\w+)'\[t\] ==", r"\1Dot =", text)
-        text = re.sub(r"\[t_?\]", "", text).replace(":=", "=")
-        text = re.sub(r"\b(Sin|Cos)\[([^]]*)\]", lambda m: f"{m[1].lower()}({m[2]})", text)
+    for common, own in (*port.functions, ("pow", port.power)):
+        opening = own.partition("{}")[0]
+        if opening:
+            text = re.sub(rf"(?<![\w.]){spaced(opening)}", f"{common}(", text)
+    if port.signal != "{name}":  # the notebook's functions of t
+        text = re.sub(r"\[t_?\]", "", text).replace(":=", "=").replace("]", ")")
+    text = " ".join(_powers(text).strip(" ;,'").split())
+    if names is not None:
+        text = re.sub(r"(?<![\w.])[A-Za-z]\w*", lambda m: names.get(m[0], m[0]), text)
+        return re.sub(r"\s+", "", text)
     if port.constants == "upper":
         text = re.sub(r"\b[A-Z][A-Z0-9_]*\b", lambda m: m[0].lower(), text)
-    for common, pattern in port.functions:
-        begin, end = map(spaced, pattern.split("{}"))
-        text = re.sub(rf"(?<!\w){begin}((?:[^()]|\([^()]*\))*?){end}", rf"{common}(\1)", text)
-    text = snake(" ".join(text.strip(" ;,'").split()))
+    text = snake(text)
     for common, own in port.exceptions:
         text = re.sub(rf"\b{own}\b", common, text)
     return re.sub(r"\s+", "", text)
@@ -95,12 +95,29 @@ def _defined(port: Port, text: str) -> str:
     return text
 
 
-def statements(port: Port, text: str) -> list[tuple[str, str, str]]:
-    """(tag, wording, statement) of every tagged line of a text in the port's language, in order."""
+def _powers(text: str) -> str:
+    """A text with x^2 in the place of pow(x, 2), from the last on, so that each is found after those within it."""
+    while (start := text.rfind("pow(")) >= 0:
+        depth, comma = 0, 0
+        for end in range(start + len("pow"), len(text)):
+            depth += {"(": 1, ")": -1}.get(text[end], 0)
+            comma = end if text[end] == "," and depth == 1 else comma
+            if depth == 0:
+                break
+        base, exponent = text[start + len("pow(") : comma], text[comma + 1 : end].strip()
+        text = f"{text[:start]}({base})^({exponent}){text[end + 1 :]}"
+    return text
+
+
+CONTINUED = re.compile(r"(?: \.\.\.)?'?\n *'? *(?=[-+*/] )")  # a line that goes on with an operator
+
+
+def statements(port: Port, text: str, names: Mapping[str, str] | None = None) -> list[tuple[str, str, str]]:
+    """(tag, wording, statement) of every tagged line of a text in the port's language, in order; see `statement`."""
     leader, end = (re.escape(part.strip()) for part in port.comment)
     pattern = rf"^(.*?) *{leader} *(\(\d+\)) (.*?){' *' + end if end else ''}(?:[\"'])?(?:, \"Input\"\],)?$"
-    found = re.findall(pattern, text, flags=re.MULTILINE)
-    return [(tag, snake(wording), statement(port, text)) for text, tag, wording in found if text.strip(" %")]
+    found = re.findall(pattern, CONTINUED.sub(" ", text), flags=re.MULTILINE)
+    return [(tag, snake(wording), statement(port, text, names)) for text, tag, wording in found if text.strip(" %")]
 
 
 FRAMED = ("Reference", "Controller", "Closed loop")  # the mathematical core

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Edits of a program's text: replacements, constants by name, and another scenario, in every port's own spelling."""
 
-import functools
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,7 +8,8 @@ from decimal import Decimal
 from fractions import Fraction
 
 from conformance.programs.ports import Port
-from conformance.programs.sources import camel, source, spaced
+from conformance.programs.sources import source, spaced
+from conformance.programs.spelling import parameters, spelled, spelled_name
 from conformance.theory.scenario import LESSON, NUMBERS, Scenario
 
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
@@ -40,51 +40,9 @@ def edited(text: str, edits: Iterable[Edit]) -> str:
     return text
 
 
-def spelled(port: Port, text: str) -> str:
-    """A statement in snake_case with sin() and cos(), such as "z1 = x1 - r", as the port spells it."""
-    defined, equals, expression = text.partition(" = ")
-    if not equals:
-        return _expression(port, text)
-    row = port.derivative and re.fullmatch(r"(x\d+)_dot", defined)
-    pattern, name = (port.derivative, row[1]) if row else (port.definition, defined)
-    return pattern.format(name=spelled_name(port, name), expression=_expression(port, expression))
-
-
 def spelled_edit(port: Port, old: str, new: str) -> Edit:
     """An edit of a statement that every program has, as this port spells it, and whatever its spacing."""
     return Edit(spelled(port, old), spelled(port, new), loose=True)
-
-
-def _expression(port: Port, text: str) -> str:
-    """An expression with its functions, constants and signals as the port spells them."""
-    functions, constants = dict(port.functions), constant_names(port)
-
-    def name(match: re.Match[str]) -> str:
-        own = spelled_name(port, match[0])
-        return own if own in constants or match[0] in ("t", "sin", "cos") else port.signal.format(name=own)
-
-    text = re.sub(r"(?<![\w.])[a-z]\w*", name, text)
-    return re.sub(r"\b(sin|cos)\(((?:[^()]|\([^()]*\))*)\)", lambda m: functions[m[1]].format(m[2]), text)
-
-
-def spelled_name(port: Port, name: str) -> str:
-    """A name in snake_case as the port spells it: a constant in capitals where the port has it so."""
-    own = dict(port.exceptions).get(name, camel(name) if port.names == "camel" else name)
-    upper = name.upper()
-    return upper if port.constants == "upper" and upper in constant_names(port) else own
-
-
-@functools.cache
-def constant_names(port: Port) -> frozenset[str]:
-    """The names that the section Parameters states, as the port spells them."""
-    pattern = spaced(port.constant.partition("{value}")[0].replace("{name}", "\0")).replace(re.escape("\0"), r"(\w+)")
-    return frozenset(re.findall(rf"^[ \t]*(?:Cell\[\")?{pattern}", parameters(port, source(port)), flags=re.MULTILINE))
-
-
-def parameters(port: Port, text: str) -> str:
-    """The section Parameters of a program."""
-    _, _, rest = text.partition(port.section.format("Parameters"))
-    return rest.partition(port.section.format("Reference"))[0]
 
 
 def constant_value(port: Port, text: str, name: str) -> str | None:

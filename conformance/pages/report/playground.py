@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from conformance.programs.ports import Port
+from conformance.programs.spelling import spelled
 from conformance.theory.scenario import SCENARIOS
-from conformance.trials.edits import Edit, edited, spelled
+from conformance.trials.edits import Edit, edited
 from conformance.trials.variant import EVERY, Variant
 
 PROGRAM = Port(

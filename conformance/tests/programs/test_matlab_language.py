@@ -16,9 +16,9 @@ from miss_hit_core.m_lexer import MATLAB_Lexer
 from conformance.programs.ports import ROOT, read_ports
 
 MATLAB = """
-    addpath all catch close cos delete desktop dir disp error exit fclose figure find fopen fprintf gcf grid isempty
-    isfile isfinite isfolder isscalar legend mat2str movefile nargout numel ode45 odeset plot print reshape sin size
-    sprintf strjoin struct title usejava ver version warning xlabel ylabel yline
+    addpath all arrayfun catch close cos delete desktop dir disp error exit fclose figure find fopen fprintf gcf grid
+    isempty isfile isfinite isfolder isscalar legend mat2str movefile nargout numel ode45 odeset plot print reshape sin
+    size sprintf strjoin struct title usejava ver version warning xlabel ylabel yline
 """  # functions of its documentation, in R2019a or before
 SIMULINK = """
     add_block add_line bdIsLoaded close_system get_param new_system open_system save_system set_param sim

@@ -9,6 +9,7 @@ import pytest
 from conformance.programs.ports import Port, read_ports
 from conformance.programs.sources import source, statement
 from conformance.tests.under_test import PORTS
+from conformance.programs.spelling import spelled
 from conformance.theory.scenario import LESSON, NUMBERS, SCENARIOS, Scenario
 from conformance.trials.edits import (
     CONSTANT_OF,
@@ -18,7 +19,6 @@ from conformance.trials.edits import (
     decimal,
     edited,
     scenario_edits,
-    spelled,
     without_drawing,
 )
 

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: MIT
+"""The writer: the lesson's programs are what it writes, byte for byte; those of other plants are proven as written."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from conformance.programs.layout import WIDTH
+from conformance.programs.ports import ROOT, Port, read_ports
+from conformance.programs.sources import statements
+from conformance.programs.writer import Program, file_name, write, write_programs
+from conformance.theory import expressions
+from conformance.theory.design import IdentityRefuted
+from conformance.theory.experiment_file import Experiment, read_experiment
+from conformance.theory.statements import Statement, prove, statements_of
+
+PORTS = {name: port for name, port in read_ports().items() if port.template}
+PLANTS = sorted(path.stem for path in (ROOT / "plants").glob("*.toml"))
+
+every_port = pytest.mark.parametrize("any_port", PORTS.values(), ids=PORTS)
+every_plant = pytest.mark.parametrize("plant", PLANTS)
+
+
+def experiment(plant: str) -> Experiment:
+    return read_experiment(ROOT / "plants" / f"{plant}.toml")
+
+
+def parsed(port: Port, text: str, of: Experiment) -> list[Statement]:
+    """The statements of a program, read from its text."""
+    names = Program(of, port).spelling.common
+    wanted = [s for s in statements_of(of)]
+    read = [s for _, _, s in statements(port, text, names)]
+    tagged = {name: e for name, _, e in (s.partition(" = ") for s in read)}
+    assert [name for name in tagged if name in {s.name for s in wanted}] == [s.name for s in wanted]
+    return [s._replace(expression=expressions.read(tagged[s.name])) for s in wanted]
+
+
+@every_port
+def test_the_lessons_program_is_what_the_writer_writes(any_port: Port) -> None:
+    assert write(experiment("Chapter17_Lesson1"), any_port).encode() == any_port.source_path.read_bytes()
+
+
+@pytest.mark.parametrize("locale", ["C", "de_DE.UTF-8"])
+def test_the_lessons_programs_are_the_same_bytes_in_any_locale(locale: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "conformance", "write", "plants/Chapter17_Lesson1.toml", "--to", tmp_path]
+    subprocess.run(command, cwd=ROOT, env={**os.environ, "LC_ALL": locale, "PYTHONUTF8": "0"}, check=True)
+    for port in PORTS.values():
+        assert (tmp_path / port.folder.name / port.source).read_bytes() == port.source_path.read_bytes()
+
+
+@every_port
+@every_plant
+def test_lines_are_short_enough_to_be_read(plant: str, any_port: Port) -> None:
+    ends = ('", "Input"],', '", "Text"],', '", "Title"],')  # of the notebook's file, which its reader does not see
+    for line in write(experiment(plant), any_port).splitlines():
+        shown = line.replace('\\"', '"').removeprefix('Cell["')
+        assert len(next((shown.removesuffix(end) for end in ends if shown.endswith(end)), shown)) <= WIDTH, line
+
+
+@pytest.mark.parametrize("plant", ["Chapter17_Lesson1", "problem_1c", "motor_arm", "moore_greitzer", "khalil"])
+@every_port
+def test_what_is_written_is_proven(plant: str, any_port: Port) -> None:
+    of = experiment(plant)
+    prove(of, parsed(any_port, write(of, any_port), of))
+
+
+@every_port
+@every_plant
+def test_every_statement_is_written_once_and_means_what_it_says(plant: str, any_port: Port) -> None:
+    of = experiment(plant)
+    for written, said in zip(parsed(any_port, write(of, any_port), of), statements_of(of), strict=True):
+        values = {name: complex(i + 2) / 7 for i, name in enumerate(sorted({*expressions.names_in(said.expression)}))}
+        assert worth(written, values) == pytest.approx(worth(said, values), rel=1e-13), said.name
+
+
+def worth(s: Statement, values: dict[str, complex]) -> complex:
+    return complex(expressions.to_sympy(s.expression, lambda name: values[name]))
+
+
+@every_port
+def test_a_sign_that_is_written_wrong_is_refuted(any_port: Port) -> None:
+    of = experiment("problem_1c")
+    text = write(of, any_port)
+    sign = Program(of, any_port).spelling.signal("r_dot")
+    assert text.count(f"+ {sign}") == 1
+    with pytest.raises(IdentityRefuted):
+        prove(of, parsed(any_port, text.replace(f"+ {sign}", f"- {sign}"), of))
+
+
+def test_programs_to_take_away_have_what_they_need(tmp_path: Path) -> None:
+    write_programs(experiment("wing_rock"), PORTS.values(), tmp_path)
+    found = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    assert found >= {
+        "python/wing_rock.py", "cpp/wing_rock.cpp", "java/wing_rock.java", "matlab/wing_rock.m",
+        "matlab/wing_rock_Simulink.m", "matlab/octave/yline.m", "mathematica/wing_rock.nb",
+        "mathematica/run_notebook.wls", "mathematica/woxi.wl",
+    }  # fmt: skip
+    assert all("Chapter17_Lesson1" not in (tmp_path / name).read_text() for name in found)
+
+
+def test_an_edited_program_is_kept_unless_it_is_forced(tmp_path: Path) -> None:
+    of, port = experiment("khalil"), PORTS["python"]
+    (path,) = write_programs(of, [port], tmp_path)
+    assert write_programs(of, [port], tmp_path) == [path]
+    path.write_text("edited")
+    with pytest.raises(ValueError, match="says another thing, nothing is written"):
+        write_programs(of, PORTS.values(), tmp_path)
+    assert path.read_text() == "edited" and not (tmp_path / "cpp").exists()
+    write_programs(of, [port], tmp_path, force=True)
+    assert path.read_text() == write(of, port)
+
+
+def test_a_programs_file_has_the_name_of_its_experiment() -> None:
+    assert {file_name(port, "Chapter17_Lesson1") for port in PORTS.values()} == {p.source for p in PORTS.values()}
