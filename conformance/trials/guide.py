@@ -17,9 +17,9 @@ from conformance.programs.new_port import AWK
 from conformance.programs.ports import ROOT, SIX, Port, read_ports
 from conformance.programs.run import as_a_user, choose_engine, engine_version
 from conformance.programs.sources import SECTIONS, WORKS, cut, frame, sections, source, statements
+from conformance.programs.spelling import spelled
 from conformance.theory.scenario import LESSON
 from conformance.trials.coverage import with_own_experiments
-from conformance.trials.edits import spelled
 from conformance.trials.kill_matrix import outcomes, prepare
 from conformance.trials.variant import OWN, UNWRITTEN, Variant, read_variants
 from conformance.truth.exact import exact

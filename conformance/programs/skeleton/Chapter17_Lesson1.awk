@@ -5,7 +5,8 @@
 #     plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
 #     task      x1 follows r(t), and every signal stays bounded
 #     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
-#               phi: regressor;  theta_hat: estimate of theta;  x_dot: time derivative of x;
+#               phi: regressor;  theta: unknown parameter (1/s);  theta_hat: estimate of theta;
+#               x_dot: time derivative of x;  x_dot_known: what of x_dot is known;
 #               alpha1_x1: partial derivative of alpha1 with respect to x1
 #     (n)       section n of the lesson
 #
@@ -14,7 +15,7 @@
 # ---- Parameters ----
 
 BEGIN {
-    theta_true = 1.2  # (15) true parameter, used by the plant alone
+    theta_true = 1.2  # (15) true parameter, used by the plant alone, 1/s
     k1 = 2.0  # (15) gain on z1, positive
     k2 = 2.5  # (15) gain on z2, positive
     gamma = 3.0  # (15) adaptation gain, positive

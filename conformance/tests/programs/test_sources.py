@@ -9,8 +9,9 @@ import pytest
 
 from conformance.programs.ports import SIX, Port, read_ports, the_six
 from conformance.programs.sources import SECTIONS, STEPS, WORKS, code, cut, frame, sections, snake, source, statements
+from conformance.programs.spelling import spelled_name, spelling_of
 from conformance.tests.under_test import FIRST, PORTS
-from conformance.trials.edits import constant_names, constant_value
+from conformance.trials.edits import constant_value
 
 ALL = read_ports()
 
@@ -170,7 +171,8 @@ def test_settings_of_the_integrator_are_those_of_the_contract(any_port: Port) ->
 @every_port
 def test_every_parameter_is_used(any_port: Port) -> None:
     parameters = section(any_port, "Parameters")
-    names = [name for name in constant_names(any_port) if re.search(rf"\b{name}\b", parameters)]
+    stated = [spelled_name(any_port, name) for name in spelling_of(any_port).constants]
+    names = [name for name in stated if re.search(rf"\b{name}\b", parameters)]
     assert len(names) >= 11
     text = source(any_port)
     elsewhere = text[text.index(parameters) + len(parameters) :]

@@ -13,9 +13,12 @@ from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.sources import statements
 from conformance.programs.writer import Program, file_name, write, write_programs
 from conformance.theory import expressions
-from conformance.theory.design import IdentityRefuted
-from conformance.theory.experiment_file import Experiment, read_experiment
-from conformance.theory.statements import Statement, prove, statements_of
+from conformance.theory.design import DesignError
+from conformance.theory.experiment_file import read_experiment
+from conformance.theory.experiments import Experiment
+from conformance.theory.identity import prove
+from conformance.theory.reader import read
+from conformance.theory.statements import Statement, statements_of
 
 PORTS = {name: port for name, port in read_ports().items() if port.template}
 PLANTS = sorted(path.stem for path in (ROOT / "plants").glob("*.toml"))
@@ -31,11 +34,10 @@ def experiment(plant: str) -> Experiment:
 def parsed(port: Port, text: str, of: Experiment) -> list[Statement]:
     """The statements of a program, read from its text."""
     names = Program(of, port).spelling.common
-    wanted = [s for s in statements_of(of)]
-    read = [s for _, _, s in statements(port, text, names)]
-    tagged = {name: e for name, _, e in (s.partition(" = ") for s in read)}
+    wanted = statements_of(of)
+    tagged = {name: e for name, _, e in (s.partition("=") for _, _, s in statements(port, text, names))}
     assert [name for name in tagged if name in {s.name for s in wanted}] == [s.name for s in wanted]
-    return [s._replace(expression=expressions.read(tagged[s.name])) for s in wanted]
+    return [s._replace(expression=read(tagged[s.name])) for s in wanted]
 
 
 @every_port
@@ -86,7 +88,7 @@ def test_a_sign_that_is_written_wrong_is_refuted(any_port: Port) -> None:
     text = write(of, any_port)
     sign = Program(of, any_port).spelling.signal("r_dot")
     assert text.count(f"+ {sign}") == 1
-    with pytest.raises(IdentityRefuted):
+    with pytest.raises(DesignError):
         prove(of, parsed(any_port, text.replace(f"+ {sign}", f"- {sign}"), of))
 
 

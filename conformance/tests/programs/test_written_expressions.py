@@ -31,6 +31,7 @@ from conformance.theory.expressions import (
     Quotient,
     Sum,
 )
+from conformance.theory.reader import read
 
 RANDOM = int(os.environ.get("EXPRESSIONS", "300"))  # trees, besides the cases below
 SAME = 1e-13  # relative difference
@@ -63,7 +64,7 @@ VALUES = {name: Fraction(3 * i + 5, 16) for i, name in enumerate(NAMES)}
 
 
 def suite() -> list[Expression]:
-    return [expressions.read(case.strip()) for line in CASES.strip().splitlines() for case in line.split(";") if case]
+    return [read(case.strip()) for line in CASES.strip().splitlines() for case in line.split(";") if case]
 
 
 # ------------------------------------------------------------------ exact values

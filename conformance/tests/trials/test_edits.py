@@ -8,8 +8,8 @@ import pytest
 
 from conformance.programs.ports import Port, read_ports
 from conformance.programs.sources import source, statement
-from conformance.tests.under_test import PORTS
 from conformance.programs.spelling import spelled
+from conformance.tests.under_test import PORTS
 from conformance.theory.scenario import LESSON, NUMBERS, SCENARIOS, Scenario
 from conformance.trials.edits import (
     CONSTANT_OF,

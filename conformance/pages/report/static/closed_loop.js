@@ -5,7 +5,8 @@
 //     plant     x1' = x2 + theta x1,  x2' = u,  y = x1;  the controller does not know theta
 //     task      x1 follows r(t), and every signal stays bounded
 //     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
-//               phi: regressor;  thetaHat: estimate of theta;  xDot: time derivative of x;
+//               phi: regressor;  theta: unknown parameter (1/s);  thetaHat: estimate of theta;
+//               xDot: time derivative of x;  xDotKnown: what of xDot is known;
 //               alpha1X1: partial derivative of alpha1 with respect to x1
 //     (n)       section n of the lesson
 
