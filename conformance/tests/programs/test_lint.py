@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The sources are clean by each language's own tools; C++ and Java are compiled with warnings as errors."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -33,3 +34,25 @@ def test_octave_alone_is_not_taken_for_matlab(fragment: str, tmp_path: Path) -> 
 def test_sources_are_clean(linter: str) -> None:
     answer = subprocess.run([sys.executable, "-m", *LINTERS[linter]], cwd=ROOT, capture_output=True, text=True)
     assert answer.returncode == 0, answer.stdout + answer.stderr
+
+
+# ---- The order of the rooms ----
+
+
+def rooms(folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command; lint_imports_command()"]
+    return subprocess.run([*command, "--no-cache"], cwd=folder, capture_output=True, text=True)
+
+
+def test_rooms_import_what_is_below_them_alone() -> None:
+    answer = rooms(ROOT)
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+
+
+def test_an_import_upwards_is_refused(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "conformance", tmp_path / "conformance", ignore=shutil.ignore_patterns("tests", "*.html"))
+    (tmp_path / "pyproject.toml").write_text((ROOT / "pyproject.toml").read_text())
+    with (tmp_path / "conformance" / "theory" / "numbers.py").open("a") as file:
+        file.write("import conformance.judging.checks\n")
+    answer = rooms(tmp_path)
+    assert answer.returncode == 1 and "conformance.theory is not allowed to import conformance.judging" in answer.stdout
