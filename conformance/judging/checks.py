@@ -197,7 +197,7 @@ def states_stay_bounded(log: Measured, tolerance: Tolerance) -> list[Result]:
     t, scenario = log.trajectory.t, log.exact.scenario
     V0 = float(log.exact.lyapunov(np.zeros(1), log.exact.evaluate(np.zeros(1)))[0])
     size, where = largest(np.hypot(*log.z), t, "|z|")
-    tilde, where_tilde = largest(log.trajectory.theta_hat - float(scenario.theta), t, "theta_tilde")
+    tilde, where_tilde = largest(log.trajectory["theta_hat"] - float(scenario.theta), t, "theta_tilde")
     size_bound = np.sqrt(2 * V0) + float(np.hypot(*(log.exact.gains.z @ np.array(tolerance))))
     tilde_bound = np.sqrt(2 * float(scenario.gamma) * V0) + tolerance[2]
     return [
@@ -210,7 +210,7 @@ def estimate_ends_where_theory_says(log: Measured, tolerance: Tolerance) -> Resu
     """At the horizon theta_hat is as near to theta as the exact one, or as far from it: no theorem says which, (9)."""
     theta, horizon = float(log.exact.scenario.theta), float(log.exact.scenario.horizon)
     start, end = np.abs(log.exact.evaluate([0.0, horizon])[2] - theta)
-    last = float(log.trajectory.theta_hat[-1])
+    last = float(log.trajectory["theta_hat"][-1])
     where = f"theta_hat ends at {last:.6g}, theta is {theta:.6g}"
     if end <= FOUND * start:
         bound = float(end) + tolerance[2]

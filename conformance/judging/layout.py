@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""What a header, a row or a cell is that does not belong into a CSV of the lesson's form: ordered tables of traits.
+"""What a header, a row or a cell is that does not belong into a CSV of the contract's form: ordered tables of traits.
 
 The first trait that fits names it. What no trait fits is told in general words.
 """
 
 import csv
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-COLUMNS = ("t", "x1", "x2", "theta_hat", "reference", "tracking_error")
-ALIASES = {"thetaHat": "theta_hat", "referenceSignal": "reference", "trackingError": "tracking_error"}  # the lesson's
+STATES = ("x1", "x2", "theta_hat")  # the lesson's, estimates behind the plant's
+ALIASES = {"referenceSignal": "reference"}  # the lesson's, beside camel case
+COUNTED = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 NUMBER = re.compile(r"[ \t]*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?[ \t]*", re.ASCII)
 LOOKED_AT = 200  # characters of a cell that is no number
 COMMENT = ("#", "%", "//", "!", "*")
@@ -42,29 +43,61 @@ BEGINNINGS = (  # of files that are something else
 )
 
 
+def columns_of(names: Sequence[str]) -> tuple[str, ...]:
+    """The columns of a log of these states and estimates."""
+    return ("t", *names, "reference", "tracking_error")
+
+
+COLUMNS = columns_of(STATES)
+
+
+def numbers_of(columns: Sequence[str]) -> str:
+    """How many numbers a row has, in words."""
+    return f"{COUNTED[len(columns)] if len(columns) < len(COUNTED) else len(columns)} numbers"
+
+
 @dataclass(frozen=True)
 class Line:
-    """A line of a file as text, and its cells, out of their quotes and without the spaces around them."""
+    """A line of a file as text, and its cells, out of their quotes and without the spaces around them.
+
+    `columns` are those that the file ought to have.
+    """
 
     text: str
     cells: tuple[str, ...]
     last: bool = False
+    columns: tuple[str, ...] = COLUMNS
 
     @property
     def numbers(self) -> list[bool]:
         """For each cell whether it is a number."""
         return [is_number(cell) for cell in self.cells]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The cells as names of columns, in the contract's spelling."""
+        return tuple(canonical(cell, self.columns) for cell in self.cells)
 
-def line_of(text: str, last: bool = False) -> Line:
+    @property
+    def extra(self) -> int:
+        """How many cells there are more than columns."""
+        return len(self.cells) - len(self.columns)
+
+    @property
+    def quoted(self) -> bool:
+        """Whether it is one cell, with as many commas in it as a row has."""
+        return len(self.cells) == 1 and self.text.count(",") == len(self.columns) - 1
+
+
+def line_of(text: str, last: bool = False, columns: tuple[str, ...] = COLUMNS) -> Line:
     """A line without its end, split at the commas that are in no quotes (RFC 4180)."""
     if '"' not in text:
-        return Line(text, tuple(cell.strip(" \t") for cell in text.split(",")), last)
+        return Line(text, tuple(cell.strip(" \t") for cell in text.split(",")), last, columns)
     try:
         (cells,) = csv.reader([text], skipinitialspace=True, strict=True)
     except (csv.Error, ValueError):
         cells = text.split(",")
-    return Line(text, tuple(cell.strip(" \t") for cell in cells), last)
+    return Line(text, tuple(cell.strip(" \t") for cell in cells), last, columns)
 
 
 def is_number(cell: str) -> bool:
@@ -72,9 +105,10 @@ def is_number(cell: str) -> bool:
     return NUMBER.fullmatch(cell) is not None
 
 
-def canonical(name: str) -> str:
-    """The contract's spelling of a column's name."""
-    return ALIASES.get(name, name)
+def canonical(name: str, columns: tuple[str, ...]) -> str:
+    """The contract's spelling of a column's name, which may stand in camel case."""
+    camel = (column for column in columns if re.sub(r"_([a-z])", lambda found: found[1].upper(), column) == name)
+    return name if name in columns else ALIASES.get(name, next(camel, name))
 
 
 Trait = tuple[Callable[[Line], bool], str]
@@ -85,20 +119,16 @@ def named(line: Line, traits: tuple[Trait, ...]) -> str:
     return next((words for fits, words in traits if fits(line)), "")
 
 
-def _is_header(cells: tuple[str, ...]) -> bool:
-    return tuple(map(canonical, cells)) == COLUMNS
-
-
 def _split_by(separator: str) -> Callable[[Line], bool]:
-    """Whether this separator, and no comma but a decimal one, makes six columns or more."""
+    """Whether this separator, and no comma but a decimal one, makes all the columns or more."""
 
     def fits(line: Line) -> bool:
         text = line.text.replace('"', "").strip(" ")
         parts = text.split() if separator == " " else text.split(separator)
         words = [part for part in parts if part.strip()]
-        names = {canonical(word.strip()) for word in words} & set(COLUMNS)
+        names = {canonical(word.strip(), line.columns) for word in words} & set(line.columns)
         numeric = all(re.fullmatch(r"\s*[-+.,\deE]*[\d.]\s*", word) for word in words)
-        return len(words) >= len(COLUMNS) and (len(names) > 2 or numeric)
+        return len(words) >= len(line.columns) and (len(names) > 2 or numeric)
 
     return fits
 
@@ -116,9 +146,11 @@ SIMILAR = {  # other names of the columns, in lower case and without what is no 
 }  # fmt: skip
 
 
-def _similar(name: str) -> str:
-    bare = re.sub(r"[^a-z0-9]", "", re.sub(r"[\[(].*", "", name.lower()))
-    return SIMILAR.get(bare, next((column for column in COLUMNS if column.replace("_", "") == bare), ""))
+def _similar(line: Line) -> tuple[str, ...]:
+    """The columns that the cells of a header seem to name."""
+    bare = [re.sub(r"[^a-z0-9]", "", re.sub(r"[\[(].*", "", name.lower())) for name in line.cells]
+    own = {column.replace("_", "").lower(): column for column in line.columns}
+    return tuple(own.get(name, SIMILAR.get(name, "")) for name in bare)
 
 
 HEADERS: tuple[Trait, ...] = (
@@ -128,19 +160,19 @@ HEADERS: tuple[Trait, ...] = (
     (lambda line: line.text.lstrip()[:1] in ("{", "["), "it is JSON"),
     (lambda line: line.text.startswith("version https://git-lfs"), "it is a pointer of Git LFS, not the file"),
     (lambda line: re.match(r"sep=[^,]", line.text) is not None, SEPARATORS[";"]),
-    (lambda line: line.cells[-1] == "" and _is_header(line.cells[:-1]), "a comma stands at the end of the line"),
-    (lambda line: len(line.cells) == 7 and _is_header(line.cells[1:]), INDEX),
+    (lambda line: line.cells[-1] == "" and line.names[:-1] == line.columns, "a comma stands at the end of the line"),
+    (lambda line: line.extra == 1 and line.names[1:] == line.columns, INDEX),
     (lambda line: len(line.cells) > 1 and all(line.numbers), "there is no header: the first line holds numbers"),
-    (lambda line: len(line.cells) == 1 and line.text.count(",") == 5, "the whole line stands in quotes"),
+    (lambda line: line.quoted, "the whole line stands in quotes"),
     *BY_SEPARATOR,
     (
-        lambda line: line.text.startswith(COMMENT) and not set(map(canonical, line.cells)) & set(COLUMNS),
+        lambda line: line.text.startswith(COMMENT) and not set(line.names) & set(line.columns),
         "a remark stands before the header",
     ),
-    (lambda line: sorted(map(canonical, line.cells)) == sorted(COLUMNS), "the columns are in another order"),
+    (lambda line: sorted(line.names) == sorted(line.columns), "the columns are in another order"),
     (lambda line: len(set(line.cells)) < len(line.cells), "a column stands twice"),
     (
-        lambda line: tuple(map(_similar, line.cells)) == COLUMNS,
+        lambda line: _similar(line) == line.columns,
         "the columns have other names, or units or capitals in them",
     ),
 )
@@ -151,22 +183,22 @@ HEADERS: tuple[Trait, ...] = (
 ROWS: tuple[Trait, ...] = (
     (lambda line: not line.text.strip(), "the line is empty"),
     (lambda line: not any(line.cells), "a row of empty cells, as spreadsheets leave them"),
-    (lambda line: len(line.cells) > 3 and set(map(canonical, line.cells)) <= set(COLUMNS), "the header once more"),
+    (lambda line: len(line.cells) > 3 and set(line.names) <= set(line.columns), "the header once more"),
     (lambda line: "\r" in line.text, CARRIAGE_RETURNS),
     (lambda line: line.text.startswith(COMMENT), "a remark"),
     (
-        lambda line: len(line.cells) == 7 and line.cells[-1] == "" and any(line.numbers),
+        lambda line: line.extra == 1 and line.cells[-1] == "" and any(line.numbers),
         "a comma stands at the end of the row",
     ),
     *BY_SEPARATOR,
-    (lambda line: len(line.cells) == 7 and line.cells[0].isdecimal() and "." not in line.cells[0]
+    (lambda line: line.extra == 1 and line.cells[0].isdecimal() and "." not in line.cells[0]
         and all(line.numbers) and any("." in cell for cell in line.cells[1:]), INDEX),
-    (lambda line: len(line.cells) == 7 and line.text.startswith('"') and all(line.numbers[1:]), INDEX),
-    (lambda line: len(line.cells) == 1 and line.text.count(",") == 5, "the whole line stands in quotes"),
+    (lambda line: line.extra == 1 and line.text.startswith('"') and all(line.numbers[1:]), INDEX),
+    (lambda line: line.quoted, "the whole line stands in quotes"),
     (lambda line: not any(line.numbers) and line.last, "a footer"),
-    (lambda line: not any(line.numbers) and len(line.cells) != len(COLUMNS), "a remark"),
-    (lambda line: len(line.cells) > len(COLUMNS), "a decimal comma or a thousands separator adds columns"),
-    (lambda line: len(line.cells) < len(COLUMNS), "the line is cut off"),
+    (lambda line: not any(line.numbers) and line.extra != 0, "a remark"),
+    (lambda line: line.extra > 0, "a decimal comma or a thousands separator adds columns"),
+    (lambda line: line.extra < 0, "the line is cut off"),
 )  # fmt: skip
 
 

@@ -63,8 +63,8 @@ def report_problems(lines: list[str], trajectory: Trajectory, scenario: Scenario
     if problems:
         return problems
     error, estimate, parameter, name = found
-    z1, theta_hat = float(trajectory.tracking_error[-1]), float(trajectory.theta_hat[-1])
-    coarse_z1, coarse_theta_hat = (print_error(c)[-1] for c in (trajectory.tracking_error, trajectory.theta_hat))
+    z1, theta_hat = float(trajectory.tracking_error[-1]), float(trajectory["theta_hat"][-1])
+    coarse_z1, coarse_theta_hat = (print_error(c)[-1] for c in (trajectory.tracking_error, trajectory["theta_hat"]))
     wanted = (
         ("final tracking error", abs(float(error) - z1) <= half_unit(error) + coarse_z1, error, number(z1)),
         (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A CSV of the lesson's form, validated, as arrays."""
+"""A CSV of the contract's form, validated, as arrays."""
 
 import codecs
 import contextlib
@@ -7,9 +7,8 @@ import io
 import re
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,19 +18,20 @@ from numpy.typing import NDArray
 from conformance.foreign import plain, regular, shown
 from conformance.judging.layout import (
     BEGINNINGS,
-    COLUMNS,
     HEADERS,
     ROWS,
-    canonical,
+    Line,
     cell_trait,
+    columns_of,
     is_number,
     line_of,
     named,
+    numbers_of,
 )
+from conformance.judging.layout import STATES as STATES
 
-STATES = ("x1", "x2", "theta_hat")
 BLOCK = 1 << 24  # bytes read at a time
-LONGEST = 1 << 16  # bytes of a line: six numbers take far fewer
+LONGEST = 1 << 16  # bytes of a line: its numbers take far fewer
 COARSEST = 1e-6  # the contract's tolerance: a file printed more coarsely than this cannot be judged
 LATE = 1e-3  # share of the horizon by which the last row may miss it
 PLAIN_BYTES = (
@@ -48,41 +48,43 @@ class TrajectoryError(ValueError):
 
 @dataclass(frozen=True)
 class Trajectory:
-    """The logged columns, each of shape (rows,); times in seconds, strictly increasing from 0.
+    """The logged columns, of shape (rows,): times in seconds, strictly increasing from 0, reference, tracking error.
 
-    `notes` tell what the reader accepted though it is not of the contract.
+    `states` has shape (n + p, rows), n states of the plant and p estimates by `names`. `notes` tell what the reader
+    accepted though it is not of the contract.
     """
 
     t: Array
-    x1: Array
-    x2: Array
-    theta_hat: Array
+    states: Array
     reference: Array
     tracking_error: Array
+    names: tuple[str, ...] = STATES
     notes: tuple[str, ...] = ()
 
-    @cached_property
-    def states(self) -> Array:
-        """x1, x2 and theta_hat, shape (3, rows)."""
-        return np.stack([self.x1, self.x2, self.theta_hat])
+    def __getitem__(self, name: str) -> Array:
+        """A state or an estimate by its name, shape (rows,)."""
+        row: Array = self.states[self.names.index(name)]
+        return row
 
 
-def load(path: Path, horizon: float) -> Trajectory:
+def load(path: Path, horizon: float, names: tuple[str, ...] = STATES) -> Trajectory:
     """Read and validate a CSV, whose time must run from 0 to `horizon` (s) within half a step.
+
+    Its columns are t, the states and estimates by `names` (default: the lesson's), reference and tracking_error.
 
     Accepted too: quoted names and numbers, spaces beside commas, empty lines at the end, a header after # or %, a line
     sep=, before it. Raises TrajectoryError for the first thing that is wrong, in this order: no regular file, empty,
     not UTF-8 text, the header, a row that is incomplete or not numeric, a value that is not finite, times that do not
-    increase strictly from 0 to the horizon, a tracking error that is not x1 - reference.
+    increase strictly from 0 to the horizon, a tracking error that is not the first state - reference.
     """
     readable(path)
-    reader = _Reader(plain(path.name))
-    parts = [columns for block in _blocks(path) for columns in reader.columns(block)]
+    reader = _Reader(plain(path.name), columns_of(names))
+    parts = [columns for block in _blocks(path, reader.columns) for columns in reader.numbers(block)]
     if reader.line == 1:
-        raise TrajectoryError(f"{reader.name}: found an empty file, expected the header {','.join(COLUMNS)!r}")
-    columns = [np.concatenate(column) for column in zip(*parts, strict=True)] or [np.empty(0) for _ in COLUMNS]
-    t, x1, x2, theta_hat, reference, tracking_error = columns
-    trajectory = Trajectory(t, x1, x2, theta_hat, reference, tracking_error, tuple(reader.notes))
+        raise TrajectoryError(f"{reader.name}: found an empty file, expected the header {','.join(reader.columns)!r}")
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)] or [np.empty(0) for _ in reader.columns]
+    t, *states, reference, tracking_error = columns
+    trajectory = Trajectory(t, np.stack(states), reference, tracking_error, names, tuple(reader.notes))
     with np.errstate(over="ignore", invalid="ignore"):  # of numbers near 1e308
         _check_times(reader, trajectory.t, horizon)
         _check_tracking_error(reader, trajectory)
@@ -97,7 +99,7 @@ def readable(path: Path) -> None:
         raise TrajectoryError(str(error)) from None
 
 
-def _blocks(path: Path) -> Iterator[bytes]:
+def _blocks(path: Path, columns: tuple[str, ...]) -> Iterator[bytes]:
     """The file in blocks of whole lines, without a byte-order mark; a bar tells of a long reading, on a terminal."""
     name = plain(path.name)
     with open(path, "rb") as file, _progress(path) as bar:
@@ -107,7 +109,8 @@ def _blocks(path: Path) -> Iterator[bytes]:
             if what or b"\0" in block:
                 raise TrajectoryError(f"{name}: found {what or 'a binary file or UTF-16'}, expected text in UTF-8")
             if len(block) >= BLOCK + LONGEST:
-                raise TrajectoryError(f"{name}: found a line of more than {LONGEST} bytes, expected six numbers")
+                found = f"found a line of more than {LONGEST} bytes"
+                raise TrajectoryError(f"{name}: {found}, expected {numbers_of(columns)}")
             if bar is not None:
                 bar.update(len(block))
             yield block.removeprefix(codecs.BOM_UTF8) if first else block
@@ -127,19 +130,20 @@ def _progress(path: Path) -> Any:
 class _Reader:
     """Reads block after block; `line` is the number of the next line, `notes` what was accepted."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, columns: tuple[str, ...]) -> None:
+        self.columns = columns
         self.name, self.line, self.head, self.notes = name, 1, 1, list[str]()
         self.header = ""
         self.blank = 0  # the first empty line after the rows so far
 
-    def columns(self, block: bytes) -> Iterator[list[Array]]:
+    def numbers(self, block: bytes) -> Iterator[list[Array]]:
         """The numbers of a block of whole lines; raises TrajectoryError."""
         if self.line == 1:
             block = self._after_header(block)
         rows = block.rstrip(b" \t\r\n")
         ends = block[len(rows) :].count(b"\n")
         if rows and self.blank:
-            raise self.wrong(self.blank, "found an empty line, expected six numbers")
+            raise self.wrong(self.blank, f"found an empty line, expected {numbers_of(self.columns)}")
         if rows:
             columns = self._numbers(rows)
             yield columns
@@ -170,14 +174,15 @@ class _Reader:
             self.head = 2
             first, _, block = block.partition(b"\n")
         text = self.text(first, self.head).removesuffix("\r")
-        names = line_of(text).cells
-        if names[0][:1] in ("#", "%"):
-            bare = (names[0].lstrip("#% \t"), *names[1:])
-            if tuple(map(canonical, bare)) == COLUMNS:
-                self.notes.append(f"the header stands after {names[0][0]}")
-                names = bare
-        if tuple(map(canonical, names)) != COLUMNS:
-            raise self.wrong(self.head, _wrong_header(text))
+        line = line_of(text, columns=self.columns)
+        first_cell = line.cells[0]
+        if first_cell[:1] in ("#", "%"):
+            bare = replace(line, cells=(first_cell.lstrip("#% \t"), *line.cells[1:]))
+            if bare.names == self.columns:
+                self.notes.append(f"the header stands after {first_cell[0]}")
+                line = bare
+        if line.names != self.columns:
+            raise self.wrong(self.head, _wrong_header(line_of(text, columns=self.columns)))
         self.line = self.head + 1
         return block
 
@@ -186,7 +191,7 @@ class _Reader:
         if b'"' in rows:
             self._note("numbers stand in quotes; they are read, slower")
             rows = QUOTED.sub(rb"\1", rows)
-        columns = None if rows.translate(None, PLAIN_BYTES) else _read_quickly(rows)
+        columns = None if rows.translate(None, PLAIN_BYTES) else _read_quickly(rows, self.columns)
         return columns or self._read_slowly(rows)
 
     def _note(self, what: str) -> None:
@@ -197,13 +202,13 @@ class _Reader:
         rows = []
         texts = self.text(block, self.line).split("\n")
         for number, text in enumerate(texts, start=self.line):
-            line = line_of(text.removesuffix("\r"), last=number - self.line == len(texts) - 1)
-            if not all(line.numbers) or len(line.cells) != len(COLUMNS):
+            line = line_of(text.removesuffix("\r"), number - self.line == len(texts) - 1, self.columns)
+            if not all(line.numbers) or line.extra:
                 why = named(line, ROWS)
-                if why or len(line.cells) != len(COLUMNS):
-                    found = f"found {len(line.cells)} columns in {shown(text)}, expected {len(COLUMNS)}"
+                if why or line.extra:
+                    found = f"found {len(line.cells)} columns in {shown(text)}, expected {len(self.columns)}"
                     raise self.wrong(number, f"{found}; {why}" if why else found)
-            for name, cell in zip(COLUMNS, line.cells, strict=True):
+            for name, cell in zip(self.columns, line.cells, strict=True):
                 what = "" if is_number(cell) else cell_trait(cell)
                 if not what and not np.isfinite(float(cell)):
                     what = "beyond 1.8e308"
@@ -216,32 +221,30 @@ class _Reader:
         return list(np.array(rows).T)
 
 
-def _wrong_header(text: str) -> str:
+def _wrong_header(line: Line) -> str:
     """What is wrong with a header, in a line."""
-    line = line_of(text)
-    names = [canonical(name) for name in line.cells]
-    missing = [name for name in COLUMNS if name not in names]
-    unknown = [plain(name, 40) for name in names if name not in COLUMNS]
+    missing = [name for name in line.columns if name not in line.names]
+    unknown = [plain(name, 40) for name in line.names if name not in line.columns]
     parts = [f"missing {' '.join(missing)}"] * bool(missing) + [f"unknown {plain(' '.join(unknown))}"] * bool(unknown)
     why = named(line, HEADERS) or "; ".join(parts)
-    return f"found {shown(text)}, expected {','.join(COLUMNS)!r} ({why})"
+    return f"found {shown(line.text)}, expected {','.join(line.columns)!r} ({why})"
 
 
-def _read_quickly(rows: bytes) -> list[Array] | None:
-    """The columns of whole rows of PLAIN_BYTES; None where they are not six finite numbers each."""
+def _read_quickly(rows: bytes, names: tuple[str, ...]) -> list[Array] | None:
+    """The columns of whole rows of PLAIN_BYTES; None where they are not a finite number per name each."""
     import pandas as pd
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
             table = pd.read_csv(
-                io.BytesIO(rows), header=None, names=COLUMNS, index_col=False, dtype=np.float64, quoting=3,
+                io.BytesIO(rows), header=None, names=names, index_col=False, dtype=np.float64, quoting=3,
                 keep_default_na=False, skip_blank_lines=False,
             )  # fmt: skip
     except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
         return None
-    columns = [table[name].to_numpy() for name in COLUMNS]
-    whole = rows.count(b"\n") + 1 == len(table) and rows.count(b",") == (len(COLUMNS) - 1) * len(table)
+    columns = [table[name].to_numpy() for name in names]
+    whole = rows.count(b"\n") + 1 == len(table) and rows.count(b",") == (len(names) - 1) * len(table)
     return columns if whole and all(np.isfinite(column).all() for column in columns) else None
 
 
@@ -266,15 +269,17 @@ def _check_times(reader: _Reader, t: Array, horizon: float) -> None:
 
 
 def _check_tracking_error(reader: _Reader, trajectory: Trajectory) -> None:
-    difference = trajectory.x1 - trajectory.reference
-    kept = (trajectory.tracking_error, trajectory.x1, trajectory.reference)
-    slack = np.minimum(sum(map(print_error, kept)), COARSEST) + 2 * np.spacing(np.abs(trajectory.x1))
+    output = trajectory.states[0]
+    difference = output - trajectory.reference
+    kept = (trajectory.tracking_error, output, trajectory.reference)
+    slack = np.minimum(sum(map(print_error, kept)), COARSEST) + 2 * np.spacing(np.abs(output))
     wrong = np.flatnonzero(~(np.abs(trajectory.tracking_error - difference) <= slack))
     if wrong.size:
         at = int(wrong[0])
         raise TrajectoryError(
             f"{reader.name}, line {reader.head + 1 + at}, column tracking_error: "
-            f"found {number(trajectory.tracking_error[at])}, expected x1 - reference = {number(difference[at])}"
+            f"found {number(trajectory.tracking_error[at])}, "
+            f"expected {trajectory.names[0]} - reference = {number(difference[at])}"
         )
 
 

@@ -35,7 +35,7 @@ def test_program_passes(check: Check, trajectory: Trajectory, tolerance: Toleran
 def test_check_refuses_a_trajectory_that_is_not_a_number(check: Check, trajectory: Trajectory) -> None:
     nothing = np.full_like(trajectory.t, np.nan)
     if check.run is not checks.rows_are_close_enough:  # which looks at the times alone
-        lost = Measured(Trajectory(trajectory.t, *[nothing] * 5), EXACT_SOLUTION)
+        lost = Measured(Trajectory(trajectory.t, np.stack([nothing] * 3), nothing, nothing), EXACT_SOLUTION)
         assert not any(result.passed for result in check(lost, CONTRACT))
 
 
@@ -80,7 +80,7 @@ def test_program_that_strays_agrees_with_no_other() -> None:
     good, tolerance = trajectory_of(port), engine_of(port).tolerance
     times = checks.GRID * np.arange(round(float(LESSON.horizon) / checks.GRID) + 1)
     missed = interpolation_error(good, EXACT_SOLUTION, times)  # more than the tolerance, of a log with few rows
-    stray = replace(good, x2=good.x2 + 3 * (tolerance[1] + missed))
+    stray = replace(good, states=good.states + np.array([[0], [3 * (tolerance[1] + missed)], [0]]))
     (result,) = programs_agree(
         {name: good, "stray": stray}, EXACT_SOLUTION, {name: tolerance, "stray": tolerance}
     ).values()

@@ -2,6 +2,7 @@
 """Each program writes the CSV of the contract, and a file that is not one is refused with its reason."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -60,7 +61,7 @@ def test_bad_csv_is_refused(case: str, tmp_path: Path) -> None:
 def test_good_csv_is_accepted(tmp_path: Path) -> None:
     path = tmp_path / "good.csv"
     path.write_text(GOOD)
-    assert load(path, 20.0).x1.tolist() == [1.5, 0.5, 0.25]
+    assert load(path, 20.0)["x1"].tolist() == [1.5, 0.5, 0.25]
 
 
 SAME = {
@@ -80,13 +81,13 @@ SAME = {
 def test_benign_differences_are_accepted(case: str, tmp_path: Path) -> None:
     path = tmp_path / "same.csv"
     path.write_bytes(SAME[case].encode())
-    assert load(path, 20.0).x1.tolist() == [1.5, 0.5, 0.25]
+    assert load(path, 20.0)["x1"].tolist() == [1.5, 0.5, 0.25]
 
 
 def test_numbers_are_read_to_the_nearest_double(tmp_path: Path) -> None:
     path = tmp_path / "digits.csv"
     path.write_text(GOOD.replace("0,1.5,0,0,0.5,1\n", "0,1.1734204837847347,0,0,0.1,1.0734204837847346\n"))
-    assert load(path, 20.0).x1[0] == 1.1734204837847347
+    assert load(path, 20.0)["x1"][0] == 1.1734204837847347
 
 
 @pytest.mark.parametrize("content", [b"\x00\x01\x02" * 99, GOOD.encode() + b"\xff\xfe", b"\x89PNG\r\n\x1a\n\x00"])
@@ -107,3 +108,39 @@ def test_what_is_no_file_is_refused_without_waiting(tmp_path: Path) -> None:
 def test_missing_csv_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TrajectoryError, match="no such file"):
         load(tmp_path / "none.csv", 20.0)
+
+
+# ---- Another plant's columns ----
+
+OTHER = ("q", "v", "I", "N_hat", "B_hat")
+OTHER_HEAD = "t,q,v,I,N_hat,B_hat,reference,tracking_error\n"
+OTHER_GOOD = OTHER_HEAD + "0,1.5,0,0,0,0,0.5,1\n1,0.5,0,0,1,2,0.25,0.25\n20,0.25,0,3,0,0,0.25,0\n"
+OTHER_BAD = {
+    "the lesson's header": (
+        GOOD,
+        f"expected {OTHER_HEAD.strip()!r} (missing q v I N_hat B_hat; unknown x1 x2 theta_hat)",
+    ),
+    "an index column": ("," + OTHER_GOOD, "an index column"),
+    "a column short": (OTHER_GOOD.replace("1,2,0.25", "1,0.25"), "line 3: found 7 columns in"),
+    "a footer": (OTHER_GOOD + "done\n", "expected 8; a footer"),
+    "an empty line": (OTHER_GOOD.replace("\n1,", "\n\n1,"), "expected 8; the line is empty"),
+    "capitals": (OTHER_GOOD.replace("q,v", "Q,V"), "the columns have other names, or units or capitals in them"),
+    "a word": (OTHER_GOOD.replace("1,2,", "one,2,"), "line 3, column N_hat: found 'one'"),
+    "a tracking error that is none": (OTHER_GOOD.replace("0.25,0.25", "0.25,0.26"), "expected q - reference = 0.25"),
+}
+
+
+def test_columns_follow_from_the_names_of_a_plant(tmp_path: Path) -> None:
+    path = tmp_path / "good.csv"
+    path.write_text(OTHER_GOOD.replace("N_hat", "NHat").replace("tracking_error", "trackingError"))
+    found = load(path, 20.0, OTHER)
+    assert found.names == OTHER and found.states.shape == (5, 3) and found["B_hat"].tolist() == [0, 2, 0]
+
+
+@pytest.mark.parametrize("case", OTHER_BAD)
+def test_bad_csv_of_another_plant_is_refused(case: str, tmp_path: Path) -> None:
+    text, reason = OTHER_BAD[case]
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    with pytest.raises(TrajectoryError, match=re.escape(reason)):
+        load(path, 20.0, OTHER)

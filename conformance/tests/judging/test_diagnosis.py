@@ -27,7 +27,7 @@ Field = Callable[[Array, Array], Array]
 def said(t: Array, states: Array, reference: Array | None = None) -> str:
     """The diagnosis of a log of the short lesson."""
     r = EXACT.reference(t) if reference is None else reference
-    log = Measured(Trajectory(t, *states, r, states[0] - r), EXACT)
+    log = Measured(Trajectory(t, states, r, states[0] - r), EXACT)
     return diagnosis(log, CONTRACT, [r.claim for _, r in judge(log, CONTRACT, OF_ANYONE) if not r.passed])
 
 
@@ -196,7 +196,7 @@ def test_state_of_another_experiment_is_named() -> None:
     states = whole.evaluate(t)
     states[2] = exact(SCENARIOS["no-excitation"]).evaluate(t)[2]
     r = whole.reference(t)
-    log = Measured(Trajectory(t, *states, r, states[0] - r), whole)
+    log = Measured(Trajectory(t, states, r, states[0] - r), whole)
     assert diagnosis(log, CONTRACT, ["x2"]).startswith("theta_hat is that of another experiment, no-excitation")
 
 

@@ -12,8 +12,8 @@ import pytest
 
 from conformance.judging.checks import CONTRACT, parameters_are_the_scenarios
 from conformance.judging.identification import NEARER, explanation, implied, neighbour, solutions, value
+from conformance.judging.layout import COLUMNS as LOGGED
 from conformance.judging.measured import Measured
-from conformance.judging.trajectory import COLUMNS as LOGGED
 from conformance.judging.trajectory import Array, Trajectory
 from conformance.programs.ports import ROOT
 from conformance.theory.scenario import LESSON, SCENARIOS
@@ -27,7 +27,7 @@ SIZES = np.array([change * (value(EXACT, name) or 1.0) for name, change in CHANG
 
 def measured(states: Array) -> Measured:
     reference = EXACT.reference(T)
-    return Measured(Trajectory(T, *states, reference, states[0] - reference), EXACT)
+    return Measured(Trajectory(T, states, reference, states[0] - reference), EXACT)
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ def test_bound_of_an_implied_parameter_covers_it_in_noise(logs: Array) -> None:
 def test_what_cannot_be_told_is_said_to_be_so() -> None:
     """Without a reference signal its frequency leaves no trace."""
     still = exact(SCENARIOS["no-excitation"])
-    log = Measured(Trajectory(T, *still.evaluate(T), 0 * T, still.evaluate(T)[0]), still)
+    log = Measured(Trajectory(T, still.evaluate(T), 0 * T, still.evaluate(T)[0]), still)
     assert "omega: the log cannot tell" in map(str, implied(log))
 
 
@@ -105,5 +105,5 @@ def test_log_within_tolerance_for_another_gamma_is_refused(told: Callable[[Array
 
 def test_other_experiment_is_judged_by_its_own_parameters() -> None:
     other = replace(LESSON, **{"gamma": LESSON.gamma * 2})
-    log = Measured(Trajectory(T, *exact(other).evaluate(T), EXACT.reference(T), 0 * T), exact(other))
+    log = Measured(Trajectory(T, exact(other).evaluate(T), EXACT.reference(T), 0 * T), exact(other))
     assert parameters_are_the_scenarios(log, CONTRACT).passed

@@ -23,7 +23,7 @@ GOOD = HEAD + "\n0,1.5,0,0,0.5,1\n1,0.5,0,0,0.25,0.25\n20,0.25,0,0,0.25,0\n"
 def loaded(content: str | bytes, folder: Path) -> list[float]:
     path = folder / "sent.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "surrogateescape"))
-    return load(path, 20.0).x1.tolist()
+    return load(path, 20.0)["x1"].tolist()
 
 
 def refusal(content: str | bytes, folder: Path) -> str:
@@ -111,9 +111,9 @@ def test_fast_reader_reads_no_more_into_plain_bytes_than_the_strict_one() -> Non
     for length in range(1, 6):
         texts = ["".join(some) for some in itertools.product("0.e- ", repeat=length)]
         good, bad = ([some for some in texts if is_number(some) is strict] for strict in (True, False))
-        accepted = _read_quickly("\n".join(f"0,{some},0,0,0,0" for some in good).encode())
+        accepted = _read_quickly("\n".join(f"0,{some},0,0,0,0" for some in good).encode(), COLUMNS)
         assert accepted is not None and accepted[1].tolist() == [float(some) for some in good]
-        assert not [some for some in bad if _read_quickly(f"0,{some},0,0,0,0".encode()) is not None]
+        assert not [some for some in bad if _read_quickly(f"0,{some},0,0,0,0".encode(), COLUMNS) is not None]
 
 
 def test_column_of_false_is_not_a_column_of_zeros(tmp_path: Path) -> None:

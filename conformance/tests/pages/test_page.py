@@ -12,7 +12,6 @@ import sympy as sp
 from sympy.parsing.sympy_parser import implicit_multiplication, parse_expr, standard_transformations
 
 from conformance.judging.checks import Result
-from conformance.judging.layout import COLUMNS
 from conformance.pages.report.curves import GRID, curves
 from conformance.pages.report.equations import EQUATIONS
 from conformance.pages.report.listing import highlighted, highlighting
@@ -71,16 +70,19 @@ def test_cell_is_the_darker_the_nearer_to_its_bound(figure: float, status: str, 
 
 def test_thinned_errors_keep_the_largest() -> None:
     trajectory = trajectory_of(next(iter(PORTS.values())))
-    x1 = trajectory.x1.copy()
-    x1[x1.size // 3] += 1e-3  # one row, between two points of the grid
-    drawn = curves(exact(LESSON), replace(trajectory, x1=x1))
+    states = trajectory.states.copy()
+    states[0, states.shape[1] // 3] += 1e-3  # one row, between two points of the grid
+    drawn = curves(exact(LESSON), replace(trajectory, states=states))
     assert drawn["error_x1"].size == GRID.size and np.nanmax(drawn["error_x1"]) == pytest.approx(1e-3, rel=1e-5)
 
 
 def test_rows_that_are_missing_leave_a_gap() -> None:
     trajectory = trajectory_of(next(iter(PORTS.values())))
     early = trajectory.t < 10
-    cut_off = replace(trajectory, **{name: getattr(trajectory, name)[early] for name in COLUMNS})
+    t, states, r, error = (
+        a[..., early] for a in (trajectory.t, trajectory.states, trajectory.reference, trajectory.tracking_error)
+    )
+    cut_off = replace(trajectory, t=t, states=states, reference=r, tracking_error=error)
     assert np.isnan(curves(exact(LESSON), cut_off)["error_x1"][GRID > 0.51]).all()
 
 
