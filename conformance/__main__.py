@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from conformance.atomic import check_output, withdraw, write_atomically, write_output
 from conformance.foreign import plain, regular, shown
@@ -20,9 +20,14 @@ from conformance.places import IN_A_CLONE
 from conformance.theory.numbers import EXACT, exact_number
 from conformance.theory.scenario import RANGES, SCENARIOS
 
+if TYPE_CHECKING:
+    from conformance.theory.experiments import Experiment
+    from conformance.theory.scenario import Scenario
+
 GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
 RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform(?=$|:)"
 SCENARIO = f"the experiment: {', '.join(SCENARIOS)}, or a TOML file with a table [scenario] (default: lesson)"
+PLANT = "the experiment: a file of any plant, such as plants/problem_1c.toml"
 MOST_ROWS = 1_000_000  # that truth prints
 MESSAGE = 1000  # characters of an error
 ANYWHERE = ("certify", "checks", "design", "diff", "truth", "validate")  # what needs no clone of the repository
@@ -107,7 +112,10 @@ def parser() -> Parser:
         "does not, 2 where it cannot be judged.",
     )
     validate.add_argument(
-        "csv", type=Path, metavar="FILE.csv", help="columns t,x1,x2,theta_hat,reference,tracking_error"
+        "csv",
+        type=Path,
+        metavar="FILE.csv",
+        help="columns t,x1,x2,theta_hat,reference,tracking_error; of another plant, its own states and estimates",
     )
     validate.add_argument("--stdout", type=Path, metavar="FILE", help="what the program printed, judged too")
     validate.add_argument(
@@ -159,8 +167,8 @@ def parser() -> Parser:
     truth = commands.add_parser(
         "truth",
         help="the exact solution, as proven balls",
-        description="Print the proven enclosure of the exact solution as CSV: t, then for x1, x2, theta_hat, z1, z2 "
-        "and V a value and its radius, which covers the rounding of the print too.",
+        description="Print the proven enclosure of the exact solution as CSV: t, then for each state, estimate and "
+        "error z, and V, a value and its radius, which covers the rounding of the print too.",
     )
     when = truth.add_mutually_exclusive_group()
     when.add_argument("--times", type=exact_times, metavar="T,T,...", help=f"times in s, each {EXACT}")
@@ -200,7 +208,9 @@ def parser() -> Parser:
     for each in (check, variants, mutants, random):
         each.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
     for each in (validate, truth):
-        each.add_argument("--scenario", default="lesson", help=SCENARIO)
+        of = each.add_mutually_exclusive_group()
+        of.add_argument("--scenario", default="lesson", help=SCENARIO)
+        of.add_argument("--plant", type=Path, metavar="FILE.toml", help=PLANT)
     return top
 
 
@@ -233,6 +243,9 @@ def main() -> int:
         top.exit(130, f"{top.prog}: {arguments.command}: interrupted; what is done is kept\n")
     except Exception as error:
         drop_output()
+        if type(error).__name__ == "FileFault":  # as a compiler shows it
+            print(error, file=sys.stderr)
+            return 2
         top.error(f"{arguments.command}: {said(error)}")
 
 
@@ -301,21 +314,32 @@ def write_tolerances(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def experiment_asked(arguments: argparse.Namespace) -> "Scenario | Experiment":
+    """What --plant or --scenario names; raises FileFault or ValueError."""
+    if arguments.plant is None:
+        from conformance.theory.scenario import scenario_named
+
+        return scenario_named(arguments.scenario)
+    from conformance.theory.experiment_file import read_experiment
+
+    return read_experiment(arguments.plant)
+
+
 def validate(arguments: argparse.Namespace) -> int:
     """The verdict on a file: what does not hold, its first cause before all; then what holds, with every figure."""
-    from conformance.theory.scenario import scenario_named
-
     scenario_file = None if arguments.scenario in SCENARIOS else Path(arguments.scenario)
     if arguments.json:
-        check_output(arguments.json, arguments.csv, arguments.stdout, scenario_file)
+        check_output(arguments.json, arguments.csv, arguments.stdout, arguments.plant or scenario_file)
         withdraw(arguments.json)
     for path in filter(None, (arguments.csv, arguments.stdout)):
         regular(path)
-    scenario = scenario_named(arguments.scenario)
+    experiment = experiment_asked(arguments)
 
     from conformance.judging.verdict import judge_file, to_json  # which takes a while
+    from conformance.truth.progress import bar
 
-    verdict = judge_file(arguments.csv, scenario, arguments.stdout, diagnose=True)
+    with bar(float(experiment.horizon)) as progress:
+        verdict = judge_file(arguments.csv, experiment, arguments.stdout, diagnose=True, progress=progress)
     if arguments.json:
         write_output(arguments.json, to_json([verdict]))
     holds = [str(result) for result in verdict.results if result.passed]
@@ -427,13 +451,8 @@ def design(arguments: argparse.Namespace) -> int:
     """The derivation of a design; 0 where its identity holds."""
     from conformance.theory.derivation import FORMATS, derivation
     from conformance.theory.experiment_file import read_experiment
-    from conformance.theory.faults import FileFault
 
-    try:
-        experiment = read_experiment(arguments.file)
-    except FileFault as refused:
-        print(refused, file=sys.stderr)
-        return 2
+    experiment = read_experiment(arguments.file)
     derived = derivation(experiment, arguments.large)
     print(FORMATS[arguments.format](derived), end="")
     return 0 if derived.holds else 1
@@ -475,22 +494,23 @@ def write(arguments: argparse.Namespace) -> int:
 
 def print_truth(arguments: argparse.Namespace) -> int:
     """The enclosure at the times asked for, row by row; or its certificate."""
-    from conformance.theory.scenario import scenario_named
-
-    scenario = scenario_named(arguments.scenario)
+    experiment = experiment_asked(arguments)
     if arguments.certificate:
         from conformance.truth.certificate import certificate
         from conformance.truth.experiment import problem, truth
+        from conformance.truth.progress import bar
 
-        write_atomically(arguments.certificate, certificate(problem(scenario), truth(scenario)))
+        with bar(float(experiment.horizon)) as progress:
+            enclosed = truth(experiment, progress=progress)
+        write_atomically(arguments.certificate, certificate(problem(experiment), enclosed))
         print(f"next: conformance certify {arguments.certificate}")
         return 0
-    count = int(scenario.horizon / arguments.step) + 1
+    count = int(experiment.horizon / arguments.step) + 1
     if not arguments.times and count > MOST_ROWS:
         raise ValueError(f"found a step that makes {plain(count, 40)} rows, expected at most {MOST_ROWS}")
     for time in arguments.times or ():
-        if not 0 <= time <= scenario.horizon:
-            raise ValueError(f"time {plain(time, 40)} is outside of [0, {plain(scenario.horizon, 40)}]")
+        if not 0 <= time <= experiment.horizon:
+            raise ValueError(f"time {plain(time, 40)} is outside of [0, {plain(experiment.horizon, 40)}]")
 
     from conformance.truth.experiment import truth_table  # which takes a while
     from conformance.truth.progress import bar
@@ -498,8 +518,8 @@ def print_truth(arguments: argparse.Namespace) -> int:
     def every_step() -> Iterator[Fraction]:
         return (i * arguments.step for i in range(count))
 
-    with bar(float(scenario.horizon)) as progress:
-        rows = truth_table(scenario, arguments.times or every_step(), arguments.digits, progress)
+    with bar(float(experiment.horizon)) as progress:
+        rows = truth_table(experiment, arguments.times or every_step(), arguments.digits, progress)
         header = next(rows)
     csv.writer(sys.stdout, lineterminator="\n").writerows(chain([header], rows))
     return 0

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """One function per claim about a trajectory: the measured figure, the bound, and where the bound comes from."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -29,9 +29,14 @@ SMALLEST = float(np.finfo(float).tiny)
 MANTISSA = (1 << 52) - 1  # the bits of a double that hold its digits
 DIGITS_15 = 0.5e-14  # half a unit of the 15th significant digit, of a number that begins with 1
 
-Tolerance = tuple[float, float, float]  # of x1, x2, theta_hat: how far from the exact solution they may be
-CONTRACT: Tolerance = (1e-6, 1e-6, 1e-6)  # no program may be further, at any row
+Tolerance = tuple[float, ...]  # of states and estimates: how far from the exact solution they may be
+CONTRACT: Tolerance = (1e-6, 1e-6, 1e-6)  # of the lesson's: no program may be further, at any row
 LARGEST_RATIO = 10  # of a port's tolerance to its largest error
+
+
+def contract(exact: Exact) -> Tolerance:
+    """The contract's tolerance: 1e-6 for the lesson's plant, 1e-6 max(1, max |state|) of each state of any other."""
+    return tuple(max(CONTRACT) * unit for unit in exact.units.tolist())
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,7 @@ def states_are_in_double_precision(log: Measured, tolerance: Tolerance) -> list[
     No single precision, no fixed decimals on the way. It is of the ports' contract: see `digit_notes` for other files.
     """
     results = []
-    for name, values in zip(STATES, log.trajectory.states, strict=True):
+    for name, values in zip(log.trajectory.names, log.trajectory.states, strict=True):
         _, digits = digits_shown(values)
         printed = 0.5 * 10.0 ** (1 - digits) if digits else 0.0
         used = np.ascontiguousarray(values).view(np.int64) & MANTISSA
@@ -98,7 +103,7 @@ def states_are_in_double_precision(log: Measured, tolerance: Tolerance) -> list[
 def digit_notes(trajectory: Trajectory) -> list[str]:
     """What is to be said of a file whose states are kept or printed in less than double precision."""
     said: dict[str, list[str]] = {}
-    for name, values in zip(STATES, trajectory.states, strict=True):
+    for name, values in zip(trajectory.names, trajectory.states, strict=True):
         _, digits = digits_shown(values)
         if is_single(values):
             said.setdefault("in single precision, 7 digits", []).append(name)
@@ -109,16 +114,14 @@ def digit_notes(trajectory: Trajectory) -> list[str]:
 
 def reference_is_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
     """The reference column is r(t): equal but for the rounding of its argument, of the wave, and of the print."""
-    scenario, logged = log.exact.scenario, log.trajectory.reference
+    logged, rounding = log.trajectory.reference, log.exact.reference_rounding
     figure, where = largest(logged - log.exact.reference(log.trajectory.t), log.trajectory.t, "reference")
-    argument = float(abs(scenario.phase) + abs(scenario.omega) * scenario.horizon)
-    rounding = 4 * DOUBLE * float(abs(scenario.amplitude)) * (1 + argument)
-    clock = float(print_error(log.trajectory.t).max() * abs(scenario.amplitude * scenario.omega))
+    clock = float(print_error(log.trajectory.t).max() * log.exact.reference_rate)
     printed = min(float(print_error(logged).max()) + clock, COARSEST)
     return Result("reference-is-the-scenarios", "(10)", figure, rounding + printed, where, "rounding and print")
 
 
-def obeys_its_differential_equation(name: str) -> Callable[[Measured, Tolerance], Result]:
+def obeys_its_differential_equation(row: int, name: str) -> Callable[[Measured, Tolerance], Result]:
     """From row to row this state moves as its row of the closed loop says, by the Hermite-Simpson rule, (7).
 
     The defect of the exact solution, and what the other states' defects cause, is taken off. What is left is, to first
@@ -126,7 +129,6 @@ def obeys_its_differential_equation(name: str) -> Callable[[Measured, Tolerance]
     e_m = (e_0 + e_1)/2 + h/8 J (e_0 - e_1). After the first step in which any state breaks its equation the others are
     not judged: J is that of the exact solution, which the log has left.
     """
-    row = STATES.index(name)
 
     def check(log: Measured, tolerance: Tolerance) -> Result:
         t, J, e = log.trajectory.t, log.exact.gains.field, np.array(tolerance)
@@ -148,7 +150,8 @@ def obeys_its_differential_equation(name: str) -> Callable[[Measured, Tolerance]
 def states_equal_the_exact_solution(log: Measured, tolerance: Tolerance) -> list[Result]:
     """Each state column against the exact solution at the file's own times."""
     results = []
-    for name, exact, off, bound in zip(STATES, log.exact.table.scale[:3], log.deviation, tolerance, strict=True):
+    names, scales = log.trajectory.names, log.exact.table.scale
+    for name, exact, off, bound in zip(names, scales, log.deviation, tolerance, strict=True):
         figure, where = largest(off, log.trajectory.t, name)
         digits = np.log10(1 / min(max(figure / max(exact, SMALLEST), DOUBLE), 1.0))
         where += f"; {digits:.1f} digits agree; {figure / bound:.2g} times the tolerance"
@@ -181,50 +184,66 @@ def output_approaches_reference(log: Measured, tolerance: Tolerance) -> Result:
 
 
 def errors_approach_zero(log: Measured, tolerance: Tolerance) -> list[Result]:
-    """After the transient, |z1| and |z2|, computed from the log, are at most the exact ones plus the tolerance."""
+    """After the transient, each |z_i|, computed from the log, is at most the exact one plus the tolerance."""
     late = _late(log)
     results = []
     bounds = _exact_late(log.exact) + log.exact.gains.z @ np.array(tolerance)
-    for name, values, bound in zip(("z1", "z2"), log.z, bounds.tolist(), strict=True):
-        figure, where = largest(values[late], log.trajectory.t[late], name)
-        source = f"the exact |{name}| and the tolerance"
-        results.append(Result(f"{name}-approaches-zero", "(15)", figure, bound, where, source))
+    for i, (values, bound) in enumerate(zip(log.z, bounds.tolist(), strict=True), start=1):
+        figure, where = largest(values[late], log.trajectory.t[late], f"z{i}")
+        source = f"the exact |z{i}| and the tolerance"
+        results.append(Result(f"z{i}-approaches-zero", "(15)", figure, bound, where, source))
     return results
 
 
-def states_stay_bounded(log: Measured, tolerance: Tolerance) -> list[Result]:
-    """|z| <= sqrt(2 V(0)) and |theta_tilde| <= sqrt(2 gamma V(0)): the theorem's own bound, since V never grows."""
-    t, scenario = log.trajectory.t, log.exact.scenario
-    V0 = float(log.exact.lyapunov(np.zeros(1), log.exact.evaluate(np.zeros(1)))[0])
-    size, where = largest(np.hypot(*log.z), t, "|z|")
-    tilde, where_tilde = largest(log.trajectory["theta_hat"] - float(scenario.theta), t, "theta_tilde")
-    size_bound = np.sqrt(2 * V0) + float(np.hypot(*(log.exact.gains.z @ np.array(tolerance))))
-    tilde_bound = np.sqrt(2 * float(scenario.gamma) * V0) + tolerance[2]
-    return [
-        Result("errors-stay-bounded", "(15)", size, size_bound, where, "sqrt(2 V(0))"),
-        Result("estimate-stays-bounded", "(15)", tilde, tilde_bound, where_tilde, "sqrt(2 gamma V(0))"),
-    ]
+def errors_stay_bounded(log: Measured, tolerance: Tolerance) -> Result:
+    """|z| <= sqrt(2 V(0)): the theorem's own bound, since V never grows."""
+    size, where = largest(np.sqrt((log.z**2).sum(axis=0)), log.trajectory.t, "|z|")
+    bound = float(np.sqrt(2 * log.exact.V_start) + np.linalg.norm(log.exact.gains.z @ np.array(tolerance)))
+    return Result("errors-stay-bounded", "(15)", size, bound, where, "sqrt(2 V(0))")
 
 
-def estimate_ends_where_theory_says(log: Measured, tolerance: Tolerance) -> Result:
-    """At the horizon theta_hat is as near to theta as the exact one, or as far from it: no theorem says which, (9)."""
-    theta, horizon = float(log.exact.scenario.theta), float(log.exact.scenario.horizon)
-    start, end = np.abs(log.exact.evaluate([0.0, horizon])[2] - theta)
-    last = float(log.trajectory["theta_hat"][-1])
-    where = f"theta_hat ends at {last:.6g}, theta is {theta:.6g}"
-    if end <= FOUND * start:
-        bound = float(end) + tolerance[2]
-        source = "the exact distance and the tolerance"
-        return Result("estimate-approaches-theta", "(15)", abs(last - theta), bound, where, source)
-    figure = abs(abs(last - theta) - float(end))
-    where += f", and the exact one stays {end:.6g} away"
-    return Result("estimate-stays-away-from-theta", "(9)", figure, tolerance[2], where, "tolerance")
+def estimate_stays_bounded(log: Measured, tolerance: Tolerance) -> Result:
+    """theta_tilde' Gamma^-1 theta_tilde <= 2 V(0), an ellipsoid, since V never grows; |theta_tilde| where p is 1."""
+    setting = log.exact.setting
+    inverse = np.linalg.inv(setting.Gamma)
+    tilde = log.trajectory.states[setting.n :] - setting.theta[:, None]
+    if setting.p == 1:
+        gain = float(np.sqrt(setting.Gamma[0, 0]))
+        figure, where = largest(tilde[0], log.trajectory.t, "theta_tilde")
+        bound, source = gain * float(np.sqrt(2 * log.exact.V_start)) + tolerance[-1], "sqrt(2 gamma V(0))"
+    else:
+        sizes = np.sqrt(np.einsum("it,ij,jt->t", tilde, inverse, tilde))
+        figure, where = largest(sizes, log.trajectory.t, "sqrt(theta_tilde' Gamma^-1 theta_tilde)")
+        rim = float(np.sqrt(np.diag(inverse)) @ np.array(tolerance[setting.n :]))  # of errors within the tolerance
+        bound, source = float(np.sqrt(2 * log.exact.V_start)) + rim, "sqrt(2 V(0))"
+    return Result("estimate-stays-bounded", "(15)", figure, bound, where, source)
+
+
+def estimates_end_where_theory_says(log: Measured, tolerance: Tolerance) -> list[Result]:
+    """At the horizon an estimate is as near to theta as the exact one, or as far: no theorem says which, (9)."""
+    setting = log.exact.setting
+    start, end = np.abs(log.exact.evaluate([0.0, setting.horizon])[setting.n :].T - setting.theta)
+    results, subjects = [], _subjects(setting.unknown, setting.estimates)
+    for j, (theta, name) in enumerate(zip(setting.theta.tolist(), setting.estimates, strict=True)):
+        row = setting.n + j
+        last, allowed = float(log.trajectory.states[row, -1]), tolerance[row]
+        subject, aim = subjects[j]
+        where = f"{name} ends at {last:.6g}, {setting.unknown[j]} is {theta:.6g}"
+        if end[j] <= FOUND * start[j]:
+            source = "the exact distance and the tolerance"
+            bound = float(end[j]) + allowed
+            results.append(Result(f"{subject}-approaches-{aim}", "(15)", abs(last - theta), bound, where, source))
+        else:
+            figure = abs(abs(last - theta) - float(end[j]))
+            where += f", and the exact one stays {end[j]:.6g} away"
+            results.append(Result(f"{subject}-stays-away-from-{aim}", "(9)", figure, allowed, where, "tolerance"))
+    return results
 
 
 def lyapunov_function_never_grows(log: Measured, tolerance: Tolerance) -> Result:
     """V from the log never rises between rows by more than errors at both ends explain.
 
-    V' = -k1 z1^2 - k2 z2^2 by the theorem's formula is shown beside it: a check of its sign could not fail.
+    V' = - sum k_i z_i^2 by the theorem's formula is shown beside it: a check of its sign could not fail.
     """
     figure, where = largest(np.maximum(np.diff(log.V), 0), log.trajectory.t[1:], "rise of V")
     where += f"; V' by its formula runs from {log.V_dot.min():.3g} to {log.V_dot.max():.3g}"
@@ -233,7 +252,7 @@ def lyapunov_function_never_grows(log: Measured, tolerance: Tolerance) -> Result
 
 
 def lyapunov_function_falls_by_what_is_dissipated(log: Measured, tolerance: Tolerance) -> Result:
-    """Between any two rows V falls by the integral of k1 z1^2 + k2 z2^2, since V' is minus that.
+    """Between any two rows V falls by the integral of sum k_i z_i^2, since V' is minus that.
 
     The bound: V moves by its gradient times the tolerance at both rows, the integral by that of its integrand, and
     the quadrature misses what it misses on the exact solution.
@@ -251,12 +270,12 @@ def lyapunov_function_falls_by_what_is_dissipated(log: Measured, tolerance: Tole
 
 
 def _late(log: Measured) -> slice:
-    return slice(int(np.searchsorted(log.trajectory.t, SETTLED * float(log.exact.scenario.horizon))), None)
+    return slice(int(np.searchsorted(log.trajectory.t, SETTLED * log.exact.setting.horizon)), None)
 
 
 def _exact_late(exact: Exact) -> Array:
-    """The largest exact |z1| and |z2| after the transient."""
-    horizon = float(exact.scenario.horizon)
+    """The largest exact |z_1| .. |z_n| after the transient."""
+    horizon = exact.setting.horizon
     t = np.linspace(SETTLED * horizon, horizon, 2001)
     sizes: Array = np.abs(exact.errors(t, exact.evaluate(t))).max(axis=1)
     return sizes
@@ -266,10 +285,10 @@ def _exact_late(exact: Exact) -> Array:
 
 
 def programs_agree(
-    trajectories: dict[str, Trajectory], exact: Exact, tolerances: dict[str, Tolerance]
+    trajectories: Mapping[str, Trajectory], exact: Exact, tolerances: Mapping[str, Tolerance]
 ) -> dict[tuple[str, str], Result]:
     """Every pair on a common grid; the bound is the sum of the two tolerances and of the two interpolation errors."""
-    times = GRID * np.arange(round(float(exact.scenario.horizon) / GRID) + 1, dtype=np.float64)
+    times = GRID * np.arange(round(exact.setting.horizon / GRID) + 1, dtype=np.float64)
     on_grid = {name: interpolate(trajectory, exact, times) for name, trajectory in trajectories.items()}
     missed = {name: interpolation_error(trajectory, exact, times) for name, trajectory in trajectories.items()}
     results = {}
@@ -277,7 +296,7 @@ def programs_agree(
         bounds = np.add(tolerances[a], tolerances[b]) + missed[a] + missed[b]
         difference = np.abs(on_grid[a] - on_grid[b])
         row = int(np.argmax(difference.max(axis=1) / bounds))
-        figure, where = largest(difference[row], times, STATES[row])
+        figure, where = largest(difference[row], times, exact.setting.names[row])
         source = f"both tolerances, and {missed[a] + missed[b]:.1g} of the interpolation"
         results[a, b] = Result(f"{a}-agrees-with-{b}", "(10)", figure, float(bounds[row]), where, source)
     return results
@@ -332,92 +351,115 @@ class Check:
         return " ".join((self.run.__doc__ or "").split("\n\n")[0].split())
 
 
-def _of_states(suffix: str) -> tuple[str, ...]:
-    return tuple(f"{name}{suffix}" for name in STATES)
+def _subjects(unknown: Sequence[str], estimates: Sequence[str]) -> list[tuple[str, str]]:
+    """How claims name an estimate and its parameter: by their own names where there are several."""
+    return [("estimate", "theta")] if len(unknown) == 1 else list(zip(estimates, unknown, strict=True))
 
 
-CHECKS = (
-    Check(
-        rows_are_close_enough, ("rows-are-close-enough",), "too few rows, or rows left out: log at least every 0.02 s"
-    ),
-    Check(
-        states_are_in_double_precision,
-        _of_states("-is-in-double-precision"),
-        "single precision, or too few digits printed: %.17g gives a double back, %.12f does not",
-    ),
-    Check(
-        reference_is_the_scenarios,
-        ("reference-is-the-scenarios",),
-        "another reference, or times that are off by a step",
-    ),
-    Check(
-        obeys_its_differential_equation("x1"),
-        ("x1-obeys-its-differential-equation",),
-        "row 1 of the plant, such as sin(x2) for x2 (16), or theta",
-    ),
-    Check(
-        obeys_its_differential_equation("x2"),
-        ("x2-obeys-its-differential-equation",),
-        "the control u: a term, sign or gain in it (16), or in alpha1, tau2 or a derivative of r, of which it is made",
-    ),
-    Check(
-        obeys_its_differential_equation("theta_hat"),
-        ("theta_hat-obeys-its-differential-equation",),
-        "the update law: gamma, or a sign or term in tau2",
-    ),
-    Check(
-        states_equal_the_exact_solution,
-        _of_states("-equals-the-exact-solution"),
-        "where a state breaks its equation, that; else the start, the method, such as an Euler step, or its tolerance",
-    ),
-    Check(
-        parameters_are_the_scenarios,
-        ("parameters-are-the-scenarios",),
-        "another value of the parameter or start value that is named",
-    ),
-    Check(
-        output_approaches_reference,
-        ("output-approaches-reference",),
-        "a reference whose derivatives do not belong to it, or a missing term (16)",
-    ),
-    Check(
-        errors_approach_zero,
-        (
-            "z1-approaches-zero",
-            "z2-approaches-zero",
+def checks_of(states: Sequence[str], unknown: Sequence[str], estimates: Sequence[str]) -> tuple[Check, ...]:
+    """Every check of a plant with these states, unknown parameters and estimates, in the order of the verdict."""
+    n, p = len(states), len(unknown)
+    every = (*states, *estimates)
+    tuning, gain = f"tau{n}", "gamma" if p == 1 else "Gamma"
+    virtual = "alpha1" if n == 2 else f"alpha1 to alpha{n - 1}"
+    parts = ", ".join([virtual] * (n > 1) + [tuning] * (p > 0)) + " or " * (n > 1 or p > 0)
+    adaptation = "the theta_hat'" if p else "a"
+    causes = [
+        *(f"row {i} of the plant, such as sin({x}) for {x} (16)" + ", or theta" * bool(p)
+          for i, x in enumerate(states[1:], start=1)),
+        f"the control u: a term, sign or gain in it (16), or in {parts}a derivative of r, of which it is made",
+        *([f"the update law: {gain}, or a sign or term in {tuning}"] * p),
+    ]  # fmt: skip
+    checks = (
+        Check(
+            rows_are_close_enough,
+            ("rows-are-close-enough",),
+            "too few rows, or rows left out: log at least every 0.02 s",
         ),
-        "the x1 theta_hat' term of u, or a derivative of the reference, is missing (16)",
-    ),
-    Check(
-        states_stay_bounded,
-        (
-            "errors-stay-bounded",
-            "estimate-stays-bounded",
+        Check(
+            states_are_in_double_precision,
+            tuple(f"{name}-is-in-double-precision" for name in every),
+            "single precision, or too few digits printed: %.17g gives a double back, %.12f does not",
         ),
-        "a wrong sign in the update law or the control",
-    ),
-    Check(
-        estimate_ends_where_theory_says,
-        (
-            "estimate-approaches-theta",
-            "estimate-stays-away-from-theta",
+        Check(
+            reference_is_the_scenarios,
+            ("reference-is-the-scenarios",),
+            "another reference, or times that are off by a step",
         ),
-        "an estimate that is not updated, or updated with a wrong sign or gain",
-    ),
-    Check(
-        lyapunov_function_never_grows,
-        ("lyapunov-function-never-grows",),
-        "a wrong tuning function, or theta where theta_hat belongs (16)",
-    ),
-    Check(
-        lyapunov_function_falls_by_what_is_dissipated,
-        ("lyapunov-function-falls-by-what-is-dissipated",),
-        "a term missing in u or tau2, so that V' keeps a cross term",
-    ),
-)
+        *(
+            Check(
+                obeys_its_differential_equation(row, name),
+                (f"{name}-obeys-its-differential-equation",),
+                cause,
+            )
+            for row, (name, cause) in enumerate(zip(every, causes, strict=True))
+        ),
+        Check(
+            states_equal_the_exact_solution,
+            tuple(f"{name}-equals-the-exact-solution" for name in every),
+            "where a state breaks its equation, that; else the start, the method, such as an Euler step, "
+            "or its tolerance",
+        ),
+        Check(
+            parameters_are_the_scenarios,
+            ("parameters-are-the-scenarios",),
+            "another value of the parameter or start value that is named",
+        ),
+        Check(
+            output_approaches_reference,
+            ("output-approaches-reference",),
+            "a reference whose derivatives do not belong to it, or a missing term (16)",
+        ),
+        Check(
+            errors_approach_zero,
+            tuple(f"z{i}-approaches-zero" for i in range(1, n + 1)),
+            f"{adaptation} term of u, or a derivative of the reference, is missing (16)",
+        ),
+        Check(
+            errors_stay_bounded,
+            ("errors-stay-bounded",),
+            "a wrong sign in the update law or the control",
+        ),
+        Check(
+            estimate_stays_bounded,
+            ("estimate-stays-bounded",) * bool(p),
+            "a wrong sign in the update law or the control",
+        ),
+        Check(
+            estimates_end_where_theory_says,
+            tuple(
+                f"{subject}-{end}-{aim}"
+                for subject, aim in _subjects(unknown, estimates)
+                for end in ("approaches", "stays-away-from")
+            ),
+            "an estimate that is not updated, or updated with a wrong sign or gain",
+        ),
+        Check(
+            lyapunov_function_never_grows,
+            ("lyapunov-function-never-grows",),
+            "a wrong tuning function, or theta where theta_hat belongs (16)",
+        ),
+        Check(
+            lyapunov_function_falls_by_what_is_dissipated,
+            ("lyapunov-function-falls-by-what-is-dissipated",),
+            f"a term missing in u{f' or {tuning}' * (p > 0)}, so that V' keeps a cross term",
+        ),
+    )
+    return tuple(check for check in checks if check.claims)  # none on estimates where nothing is unknown
 
 
+CHECKS = checks_of(STATES[:2], ("theta",), STATES[2:])  # of the lesson's plant
 OF_ANYONE = tuple(check for check in CHECKS if check.run is not states_are_in_double_precision)  # digits are no verdict
+
+
+def checks_of_anyone(exact: Exact) -> tuple[Check, ...]:
+    """The checks of anyone's log; whether another experiment explains it better is known of the lesson's alone."""
+    if exact.is_the_lessons:
+        return OF_ANYONE
+    setting = exact.setting
+    left_out = (states_are_in_double_precision, parameters_are_the_scenarios)
+    every = checks_of(setting.states, setting.unknown, setting.estimates)
+    return tuple(check for check in every if check.run not in left_out)
 
 
 def judge(log: Measured, tolerance: Tolerance, checks: Sequence[Check] = CHECKS) -> list[tuple[Check, Result]]:

@@ -15,20 +15,20 @@ BLOCK = 16384  # steps taken together, so that a log of 10 million rows needs li
 
 @dataclass(frozen=True)
 class Measured:
-    """What follows from a trajectory and the exact solution of its scenario; rows is the log's length."""
+    """What follows from a trajectory and the exact solution of its experiment: n states, m = n + p with estimates."""
 
     trajectory: Trajectory
     exact: Exact
 
     @cached_property
     def deviation(self) -> Array:
-        """Logged minus exact x1, x2, theta_hat, shape (3, rows)."""
+        """Logged minus exact states and estimates, shape (m, rows)."""
         difference: Array = self.trajectory.states - self.exact.evaluate(self.trajectory.t)
         return difference
 
     @cached_property
     def z(self) -> Array:
-        """z1 and z2 of the logged states, (5), (7); shape (2, rows)."""
+        """z_1 .. z_n of the logged states, (5), (8); shape (n, rows)."""
         return self.exact.errors(self.trajectory.t, self.trajectory.states)
 
     @cached_property
@@ -38,30 +38,33 @@ class Measured:
 
     @cached_property
     def V_dot(self) -> Array:
-        """V' of the logged states by the theorem's formula, -k1 z1^2 - k2 z2^2; shape (rows,)."""
-        k1, k2 = float(self.exact.scenario.k1), float(self.exact.scenario.k2)
-        rate: Array = -k1 * self.z[0] ** 2 - k2 * self.z[1] ** 2
+        """V' of the logged states by the theorem's formula, minus the sum of k_i z_i^2; shape (rows,)."""
+        rate: Array = -(self.exact.setting.k @ self.z**2)
         return rate
 
     @cached_property
     def interpolation_error(self) -> Array:
-        """By how much the quintic through the exact rows misses the exact solution midway, shape (rows - 1,)."""
-        errors = np.empty(self.trajectory.t.size - 1)
+        """By how much the quintic through the exact rows misses the exact solution midway, shape (rows - 1,).
+
+        The largest of the states, each in its unit.
+        """
+        errors, units = np.empty(self.trajectory.t.size - 1), self.exact.units[:, None]
         for steps, t, _, states in self._blocks():
             h = np.diff(t)
             midway = self.exact.evaluate(t[:-1] + h / 2)
-            errors[steps] = np.abs(quintic_midway(self.exact, t, states) - midway).max(axis=0)
+            errors[steps] = (np.abs(quintic_midway(self.exact, t, states) - midway) / units).max(axis=0)
         return errors
 
     @cached_property
     def defect(self) -> Array:
-        """The size of each logged step's Hermite-Simpson defect, shape (3, rows - 1).
+        """The size of each logged step's Hermite-Simpson defect, shape (m, rows - 1).
 
         It is beyond that of the exact solution, and beyond what the other states' defects d bring about in it by the
         midpoint of the rule, at most h/6 |J| d.
         """
-        defects = np.empty((3, self.trajectory.t.size - 1))
-        others = self.exact.gains.field * (1 - np.eye(3))
+        m = len(self.exact.setting.names)
+        defects = np.empty((m, self.trajectory.t.size - 1))
+        others = self.exact.gains.field * (1 - np.eye(m))
         for steps, t, logged, states in self._blocks():
             d = np.abs(hermite_simpson_defect(self.exact, t, logged) - hermite_simpson_defect(self.exact, t, states))
             defects[:, steps] = np.maximum(d - np.diff(t) / 6 * (others @ d), 0)
@@ -69,7 +72,7 @@ class Measured:
 
     @cached_property
     def imbalance(self) -> tuple[Array, float]:
-        """V(t) - V(0) + the integral of k1 z1^2 + k2 z2^2 along the log, shape (rows,), which is 0 for a solution;
+        """V(t) - V(0) + the integral of sum k_i z_i^2 along the log, shape (rows,), which is 0 for a solution;
         and by how much the quadrature misses the integral between any two rows of the exact solution.
         """
         t = self.trajectory.t
@@ -95,7 +98,7 @@ class Measured:
 
 
 def quintic_midway(exact: Exact, t: Array, states: Array) -> Array:
-    """The quintic Hermite polynomials of the steps, at their middles; shape (3, rows - 1)."""
+    """The quintic Hermite polynomials of the steps, at their middles; shape (m, rows - 1)."""
     h, slope, curvature = np.diff(t), exact.first(t, states), exact.second(t, states)
     middle: Array = (
         (states[:, :-1] + states[:, 1:]) / 2
@@ -106,7 +109,7 @@ def quintic_midway(exact: Exact, t: Array, states: Array) -> Array:
 
 
 def hermite_simpson_defect(exact: Exact, t: Array, states: Array) -> Array:
-    """What each step misses of Simpson's rule for state' on the cubic Hermite polynomial, O(h^5); (3, rows - 1)."""
+    """What each step misses of Simpson's rule for state' on the cubic Hermite polynomial, O(h^5); (m, rows - 1)."""
     h, slope = np.diff(t), exact.first(t, states)
     middle = (states[:, :-1] + states[:, 1:]) / 2 + h / 8 * (slope[:, :-1] - slope[:, 1:])
     simpson = slope[:, :-1] + 4 * exact.first(t[:-1] + h / 2, middle) + slope[:, 1:]
@@ -122,9 +125,9 @@ def corrected_trapezoid(exact: Exact, t: Array, states: Array) -> Array:
 
 
 def interpolate(trajectory: Trajectory, exact: Exact, times: Array, states: Array | None = None) -> Array:
-    """The states at other times, shape (3, times), by quintic Hermite polynomials through state, state' and state''.
+    """The states at other times, shape (m, times), by quintic Hermite polynomials through state, state' and state''.
 
-    `states`, shape (3, rows), stand in for the trajectory's own where given.
+    `states`, shape (m, rows), stand in for the trajectory's own where given.
     """
     t, y = trajectory.t, trajectory.states if states is None else states
     i = np.clip(np.searchsorted(t, times, side="right") - 1, 0, t.size - 2)

@@ -1,14 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""What a program prints beside its CSV: four lines, which must say the same."""
+"""What a program prints beside its CSV: four lines, two where nothing is unknown, which must say the same."""
+
+from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path, PureWindowsPath
+from typing import TYPE_CHECKING
 
 from conformance.foreign import plain, read_bytes, shown
 from conformance.judging.trajectory import COARSEST, Trajectory, number, print_error
 from conformance.theory.scenario import Scenario
+from conformance.truth.setting import setting_of
+
+if TYPE_CHECKING:
+    from conformance.theory.experiments import Experiment
 
 LARGEST = 1 << 20  # bytes of standard output
 MOST = 5  # lines that are named
@@ -27,14 +34,25 @@ class Said:
         return f"'{self.label}: <{self.form}>'"
 
 
-REPORT = (
-    Said("Final tracking error", "scientific, such as -2.685662e-09", r"([-+]?\d+\.?\d*[eE][-+]?\d{1,3})"),
-    Said("Final parameter estimate", "fixed, at least 6 decimals", r"([-+]?\d+\.\d{6,40})"),
-    Said("True parameter", "fixed", r"([-+]?\d+\.\d{1,40})"),
-    Said("Data written to", "the CSV's name", r"(\S.*)"),
-)
-COLONLESS = REPORT[3].label
-LABELS = tuple(said.label for said in REPORT)
+COLONLESS = "Data written to"
+
+
+def report_of(p: int) -> tuple[Said, ...]:
+    """The lines on a plant of p unknown parameters, whose values are separated by a comma and a space."""
+
+    def listed(label: str, form: str, one: str) -> Said:
+        numbers = form if p == 1 else f"{p} numbers separated by ', ', {form}"
+        return Said(label, numbers, f"({', '.join([one] * p)})")
+
+    estimates = listed("Final parameter estimate", "fixed, at least 6 decimals", r"[-+]?\d+\.\d{6,40}")
+    return (
+        Said("Final tracking error", "scientific, such as -2.685662e-09", r"([-+]?\d+\.?\d*[eE][-+]?\d{1,3})"),
+        *((estimates, listed("True parameter", "fixed", r"[-+]?\d+\.\d{1,40}")) if p else ()),
+        Said(COLONLESS, "the CSV's name", r"(\S.*)"),
+    )
+
+
+LABELS = tuple(said.label for said in report_of(1))
 OF_THE_JVM = re.compile(r"(Picked up \w+:|NOTE: Picked up|.*VM warning:|WARNING: ).*")
 
 
@@ -57,33 +75,30 @@ def read_report(path: Path, banners: bool = False) -> tuple[list[str], list[str]
     return ["" if its_own else line for line, its_own in zip(lines, spoken, strict=True)], notes
 
 
-def report_problems(lines: list[str], trajectory: Trajectory, scenario: Scenario, csv_name: str) -> list[str]:
+def report_problems(
+    lines: list[str], trajectory: Trajectory, experiment: Scenario | Experiment, csv_name: str
+) -> list[str]:
     """Where standard output does not say the same as the CSV; empty lines do not count."""
-    found, problems = _four_lines(lines)
+    theta = setting_of(experiment).theta.tolist()
+    p = len(theta)
+    found, problems = _lines(lines, report_of(p))
     if problems:
         return problems
-    error, estimate, parameter, name = found
-    z1, theta_hat = float(trajectory.tracking_error[-1]), float(trajectory["theta_hat"][-1])
-    coarse_z1, coarse_theta_hat = (print_error(c)[-1] for c in (trajectory.tracking_error, trajectory["theta_hat"]))
-    wanted = (
-        ("final tracking error", abs(float(error) - z1) <= half_unit(error) + coarse_z1, error, number(z1)),
-        (
-            "final parameter estimate",
-            abs(float(estimate) - theta_hat) <= half_unit(estimate) + coarse_theta_hat,
-            estimate,
-            number(theta_hat),
-        ),
-        (
-            "true parameter",
-            float(parameter) == float(scenario.theta),
-            parameter,
-            number(float(scenario.theta)),
-        ),
-        ("file name", PureWindowsPath(name).name == csv_name, shown(name), shown(csv_name)),
-    )
+    error, *lists, name = found
+    estimates, parameters = (text.split(", ") for text in lists) if p else ((), ())
+    z1, logged = float(trajectory.tracking_error[-1]), trajectory.states[-p:] if p else ()
+    coarse_z1 = print_error(trajectory.tracking_error)[-1]
+    wanted = [("final tracking error", abs(float(error) - z1) <= half_unit(error) + coarse_z1, error, number(z1))]
+    for estimate, column in zip(estimates, logged, strict=True):
+        near = abs(float(estimate) - column[-1]) <= half_unit(estimate) + print_error(column)[-1]
+        wanted.append(("final parameter estimate", bool(near), estimate, number(column[-1])))
+    for parameter, value in zip(parameters, theta, strict=True):
+        wanted.append(("true parameter", float(parameter) == value, parameter, number(value)))
+    wanted.append(("file name", PureWindowsPath(name).name == csv_name, shown(name), shown(csv_name)))
+    theta_itself = [float(estimate) for estimate in estimates] == theta
     causes = {
         "final tracking error": "; usual cause: another row than the last, or a state that is advanced once more",
-        "final parameter estimate": "; that is theta itself" if float(estimate) == float(scenario.theta) else "",
+        "final parameter estimate": "; that is theta itself" if theta_itself else "",
     }
     return [
         f"standard output, {what}: found {plain(got)}, expected {want}{causes.get(what, '')}"
@@ -92,15 +107,15 @@ def report_problems(lines: list[str], trajectory: Trajectory, scenario: Scenario
     ]
 
 
-def _four_lines(lines: list[str]) -> tuple[list[str], list[str]]:
-    """What stands behind the labels of the four lines; or else what is wrong, line by line."""
+def _lines(lines: list[str], report: tuple[Said, ...]) -> tuple[list[str], list[str]]:
+    """What stands behind the labels of the report's lines; or else what is wrong, line by line."""
     found: list[str] = []
     problems: list[str] = []
     for place, text in enumerate(lines, start=1):
         line = text.strip()
         if not line:
             continue
-        said = REPORT[len(found)] if len(found) < len(REPORT) else None
+        said = report[len(found)] if len(found) < len(report) else None
         if said is None:
             problems.append(f"line {place}: found {shown(line)}, expected nothing more")
             continue
@@ -111,10 +126,11 @@ def _four_lines(lines: list[str]) -> tuple[list[str], list[str]]:
             problems.append(f"line {place}: found {shown(line)}, expected {said.expected}{comma}")
         if match or line.startswith(said.label):
             found.append(match[1] if match else "")
-    if len(found) < len(REPORT):
-        number_of = f"{len(found)} of the four lines" if found else "none of the four lines"
-        expected = "expected the four lines of the contract"
-        problems.append(f"found {number_of}, {expected}; the next is {REPORT[len(found)].expected}")
+    if len(found) < len(report):
+        count = "four" if len(report) == 4 else "two"
+        number_of = f"{len(found) or 'none'} of the {count} lines"
+        expected = f"expected the {count} lines of the contract"
+        problems.append(f"found {number_of}, {expected}; the next is {report[len(found)].expected}")
     more = [f"and {len(problems) - MOST} more lines"] if len(problems) > MOST else []
     return found, [f"standard output, {problem}" for problem in [*problems[:MOST], *more]]
 

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """The verdict on a program or on a file: a status, its reason, and the results it rests on."""
 
+from __future__ import annotations
+
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,11 +16,11 @@ from conformance.atomic import write_atomically
 from conformance.foreign import plain
 from conformance.judging.checks import (
     CHECKS,
-    CONTRACT,
-    OF_ANYONE,
     Check,
     Result,
     Tolerance,
+    checks_of_anyone,
+    contract,
     contract_of_ports,
     digit_notes,
     judge,
@@ -34,6 +36,11 @@ from conformance.programs.run import in_place
 from conformance.programs.table import engine_and_version, layout
 from conformance.theory.scenario import Scenario
 from conformance.truth.exact import TARGET, exact
+from conformance.truth.setting import setting_of
+
+if TYPE_CHECKING:
+    from conformance.theory.experiments import Experiment
+    from conformance.truth.enclosure import Progress
 
 STATUSES = ("pass", "fail", "error", "missing", "stale", "left out")
 
@@ -61,9 +68,8 @@ class Verdict:
     @property
     def errors(self) -> dict[str, Result]:
         """The comparison with the exact solution, by state; empty where nothing was measured."""
-        measured = {result.claim: result for result in self.results}
-        claims = {state: f"{state}-equals-the-exact-solution" for state in STATES}
-        return {state: measured[claim] for state, claim in claims.items() if claim in measured}
+        ending = "-equals-the-exact-solution"
+        return {r.claim.removesuffix(ending): r for r in self.results if r.claim.endswith(ending)}
 
 
 @dataclass(frozen=True)
@@ -83,38 +89,42 @@ class Judgement:
 
 def judge_file(
     path: Path,
-    scenario: Scenario,
+    experiment: Scenario | Experiment,
     stdout: Path | None = None,
-    tolerance: Tolerance = CONTRACT,
+    tolerance: Tolerance | None = None,
     target: float = TARGET,
-    checks: Sequence[Check] = OF_ANYONE,
+    checks: Sequence[Check] | None = None,
     banners: bool = False,
     diagnose: bool = False,
+    progress: Progress | None = None,
 ) -> Verdict:
     """The verdict on anyone's CSV, and on what its program printed where `stdout` is given.
 
-    `banners`: the engine may print more than the program. `target` is the radius of the proof of the exact solution.
-    With `diagnose`, the reason begins with the first cause, where one is found. Raises ProofEnded where there is no
-    proof, ValueError where `stdout` cannot be read.
+    `banners`: the engine may print more than the program. `tolerance` is the contract's, and `checks` those of anyone,
+    unless given. `target` is the radius of the proof of the exact solution, and `progress` is told how far it is. With
+    `diagnose`, the reason begins with the first cause, where one is found, of the lesson's plant. Raises ProofEnded
+    where there is no proof, ValueError where `stdout` cannot be read.
     """
     name = plain(path.name)
     try:
-        trajectory = load(path, float(scenario.horizon))
+        trajectory = load(path, float(experiment.horizon), setting_of(experiment).names)
     except TrajectoryError as error:
         return Verdict(name, "fail", str(error))
     with np.errstate(all="ignore"):  # of numbers near 1e308
-        log = Measured(trajectory, exact(scenario, target))
-        judged = judge(log, tolerance, checks)
+        log = Measured(trajectory, exact(experiment, target, progress))
+        tolerance = tolerance or contract(log.exact)
+        judged = judge(log, tolerance, checks_of_anyone(log.exact) if checks is None else checks)
         failed = [result.claim for _, result in judged if not result.passed]
         problems = [explain(check, result) for check, result in judged if not result.passed]
+        diagnose = diagnose and log.exact.is_the_lessons
         if diagnose and failed:
             problems = [*filter(None, [diagnosis(log, tolerance, failed)]), *problems]
-        notes = [*trajectory.notes, *(digit_notes(trajectory) if checks is OF_ANYONE else ())]
+        notes = [*trajectory.notes, *(digit_notes(trajectory) if checks is None else ())]
         notes += told(log) if diagnose else ()
         if stdout is not None:
             lines, more = read_report(stdout, banners)
             notes += more
-            problems += report_problems(lines, trajectory, scenario, path.name)
+            problems += report_problems(lines, trajectory, experiment, path.name)
     results = tuple(result for _, result in judged)
     status = "fail" if problems else "pass"
     return Verdict(name, status, "\n".join(problems), results=results, notes=tuple(notes), trajectory=trajectory)

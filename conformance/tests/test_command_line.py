@@ -17,7 +17,7 @@ from flint import arb, fmpq
 from conformance.programs.ports import ROOT
 from conformance.tests.truth.problems import lesson
 from conformance.theory.scenario import LESSON
-from conformance.truth.experiment import PRINTED, truth
+from conformance.truth.experiment import printed_of, truth
 from conformance.truth.taylor import precision
 from conformance.truth.truth import ball_function
 
@@ -39,7 +39,7 @@ def test_truth_prints_values_whose_radius_covers_the_exact_solution() -> None:
         with precision(200):
             states = truth(LESSON).at(Fraction(row["t"]))
             enclosed = (*states, *errors(Fraction(row["t"]), states))
-            for name, exact in zip(PRINTED, enclosed, strict=True):
+            for name, exact in zip(printed_of(LESSON), enclosed, strict=True):
                 value, radius = Fraction(row[name]), Fraction(row[name + "_radius"])
                 assert abs(exact - ball(value)) <= ball(radius) and radius < Fraction(1, 10**6), (name, row)
 

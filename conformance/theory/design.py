@@ -394,7 +394,7 @@ def _reference_name(order: int) -> str:
 
 
 def _estimate_name(theta: str) -> str:
-    return theta.replace("theta", "theta_hat", 1) if theta.startswith("theta") else f"{theta}_hat"
+    return f"{theta}_hat"
 
 
 def _named(program: Program, name: str, entries: Sequence[sp.Expr]) -> list[sp.Expr]:

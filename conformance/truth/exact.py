@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""A scenario's exact solution and closed loop, as functions of arrays: proven once, then kept.
+"""An experiment's exact solution and closed loop, as functions of arrays: proven once, then kept.
 
-The functions are those of `closed_loop`, derived from the plant and part of the sources. Only the first use of a
-scenario needs SymPy and ball arithmetic; the numbers found are kept in build/truth, and checked whenever they are read.
+The numbers found are kept in build/truth, and checked whenever they are read. The functions of the lesson's scenarios
+are those of `closed_loop`, part of the sources: only the first use of a scenario needs SymPy and ball arithmetic. Those
+of any other plant are derived anew by each process.
 """
+
+from __future__ import annotations
 
 import functools
 import hashlib
@@ -11,9 +14,9 @@ import io
 import math
 import zipfile
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,10 +25,16 @@ from conformance.places import PACKAGE, proofs
 from conformance.theory.scenario import PARAMETERS, Scenario
 from conformance.truth import cache, closed_loop
 from conformance.truth.piecewise import DEGREE, Floats, Table
+from conformance.truth.setting import Setting, setting_of
+
+if TYPE_CHECKING:
+    from conformance.theory.experiments import Experiment
+    from conformance.truth.enclosure import Progress
 
 KEPT = proofs()
 TARGET = 1e-18  # radius of the proof
 SAMPLES = 4001  # of the exact solution, where the largest slopes along it are looked for
+FINE = 20001  # of them where these are the gains
 JUMP = 1e-13  # relative, by which a table may miss: what doubles explain
 NEAR = 1e-2  # relative, by which sensitivities and gains may miss what is found at samples
 FUNCTIONS = ("reference", "control", "first", "second", "errors", "lyapunov", "dissipation", "gradients")
@@ -36,12 +45,15 @@ Function = Callable[..., list[Floats]]
 
 @dataclass(frozen=True)
 class Gains:
-    """How far a quantity moves when the states x1, x2, theta_hat do, by up to 1e-6 from the exact solution: proven."""
+    """How far a quantity moves when the m = n + p states and estimates do, from the exact solution.
 
-    field: Floats  # (3, 3) largest |d state_i' / d state_j|
-    z: Floats  # (2, 3) largest |d z_i / d state_j|
-    V: Floats  # (3,) largest |dV / d state_j|
-    dissipated: Floats  # (3,) integral of |d (k1 z1^2 + k2 z2^2) / d state_j| over the horizon
+    Proven, for moves of up to 1e-6, of the lesson's plant; of others the largest slopes at FINE samples.
+    """
+
+    field: Floats  # (m, m) largest |d state_i' / d state_j|
+    z: Floats  # (n, m) largest |d z_i / d state_j|
+    V: Floats  # (m,) largest |dV / d state_j|
+    dissipated: Floats  # (m,) integral of |d sum k_i z_i^2 / d state_j| over the horizon
 
 
 COLUMNS = (*PARAMETERS, "x1_start", "x2_start", "theta_hat_start")  # of the sensitivities
@@ -52,7 +64,7 @@ class Sensitivity:
     """dx/dp, how the exact x1, x2, theta_hat move with each of the COLUMNS: piecewise polynomials in t - start.
 
     starts: (pieces,) s. polynomial: (pieces, order, 3, columns). radius: (3, columns), of |value - dx/dp| at all times.
-    end: s.
+    end: s. Of a plant that is not the lesson's there are no columns.
     """
 
     starts: Floats
@@ -75,18 +87,63 @@ class Sensitivity:
 class Exact:
     """The exact solution, within `table.bound`, and the closed loop; times t in s.
 
-    Functions of (t, states) take shapes (rows,) and (3, rows): x1, x2, theta_hat.
+    Functions of (t, states) take shapes (rows,) and (m, rows), m = n + p: the plant's states, then the estimates.
     """
 
-    scenario: Scenario
-    table: Table  # of x1, x2, theta_hat
+    experiment: Scenario | Experiment
+    table: Table  # of states and estimates
     gains: Gains
     sensitivity: Sensitivity
     functions: dict[str, Function]
 
+    @functools.cached_property
+    def setting(self) -> Setting:
+        """The experiment's numbers."""
+        return setting_of(self.experiment)
+
+    @property
+    def is_the_lessons(self) -> bool:
+        """Whether the plant is the lesson's, of which there are sensitivities too."""
+        return isinstance(self.experiment, Scenario)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The experiment of the lesson's plant; raises TypeError where it is another's."""
+        if not isinstance(self.experiment, Scenario):
+            raise TypeError(f"{self.experiment.name} is no scenario of the lesson's plant")
+        return self.experiment
+
+    @functools.cached_property
+    def units(self) -> Floats:
+        """What a tolerance of 1e-6 is meant of, shape (m,): 1 for the lesson's plant, else max(1, max |state|)."""
+        size: Floats = np.maximum(1, self.table.scale)
+        return np.ones_like(size) if self.is_the_lessons else size
+
+    @functools.cached_property
+    def V_start(self) -> float:
+        """V at t = 0."""
+        return float(self.lyapunov(np.zeros(1), self.evaluate(np.zeros(1)))[0])
+
+    @functools.cached_property
+    def reference_rate(self) -> float:
+        """The largest |r'|, 1/s; of other plants than the lesson's at samples."""
+        if isinstance(self.experiment, Scenario):
+            return float(abs(self.experiment.amplitude * self.experiment.omega))
+        t = np.linspace(0, self.setting.horizon, FINE)
+        return float(np.abs(np.diff(self.reference(t))).max() / t[1])
+
+    @functools.cached_property
+    def reference_rounding(self) -> float:
+        """By how much r in doubles may miss: by the rounding of a wave and its argument, or 64 times that of any r."""
+        e, eps = self.experiment, float(np.finfo(float).eps)
+        if isinstance(e, Scenario):
+            return 4 * eps * float(abs(e.amplitude)) * (1 + float(abs(e.phase) + abs(e.omega) * e.horizon))
+        size = float(np.abs(self.reference(np.linspace(0, self.setting.horizon, FINE))).max())
+        return 64 * eps * (size + self.setting.horizon * self.reference_rate)
+
     def evaluate(self, times: ArrayLike) -> Floats:
-        """x1, x2 and theta_hat, shape (3, *times.shape); raises ValueError for a time outside of the horizon."""
-        return self.table(times, range(3))
+        """States and estimates, shape (m, *times.shape); raises ValueError for a time outside of the horizon."""
+        return self.table(times, range(self.table.scale.size))
 
     def reference(self, t: Floats) -> Floats:
         """r(t), shape (rows,)."""
@@ -97,15 +154,15 @@ class Exact:
         return self._row("control", t, states)
 
     def first(self, t: Floats, states: Floats) -> Floats:
-        """The states' derivatives, shape (3, rows)."""
+        """The derivatives of states and estimates, shape (m, rows)."""
         return self._rows("first", t, states)
 
     def second(self, t: Floats, states: Floats) -> Floats:
-        """The states' second derivatives along solutions, shape (3, rows)."""
+        """Their second derivatives along solutions, shape (m, rows)."""
         return self._rows("second", t, states)
 
     def errors(self, t: Floats, states: Floats) -> Floats:
-        """z1 and z2, shape (2, rows)."""
+        """z_1 .. z_n, shape (n, rows)."""
         return self._rows("errors", t, states)
 
     def lyapunov(self, t: Floats, states: Floats) -> Floats:
@@ -113,7 +170,7 @@ class Exact:
         return self._row("lyapunov", t, states)
 
     def dissipation(self, t: Floats, states: Floats) -> Floats:
-        """k1 z1^2 + k2 z2^2, which is -V', and its derivative along solutions, shape (2, rows)."""
+        """sum k_i z_i^2, which is -V', and its derivative along solutions, shape (2, rows)."""
         return self._rows("dissipation", t, states)
 
     def _row(self, name: str, t: Floats, states: Iterable[Floats] = ()) -> Floats:
@@ -121,12 +178,13 @@ class Exact:
         return row
 
     def _rows(self, name: str, t: Floats, states: Iterable[Floats] = ()) -> Floats:
-        return rows(self.functions[name], self.scenario, t, states)
+        return rows(self.functions[name], self.experiment, t, states)
 
 
-def rows(function: Function, scenario: Scenario, t: Floats, states: Iterable[Floats]) -> Floats:
-    """A derived function in a scenario, shape (results, rows); a constant becomes a row as long as the others."""
-    parameters = {name: float(getattr(scenario, name)) for name in PARAMETERS}
+def rows(function: Function, experiment: Scenario | Experiment, t: Floats, states: Iterable[Floats]) -> Floats:
+    """A derived function in an experiment, shape (results, rows); a constant becomes a row as long as the others."""
+    free = PARAMETERS if isinstance(experiment, Scenario) else ()
+    parameters = {name: float(getattr(experiment, name)) for name in free}
     return np.stack([np.broadcast_to(value, t.shape) for value in function(t, *states, **parameters)])
 
 
@@ -134,23 +192,41 @@ def rows(function: Function, scenario: Scenario, t: Floats, states: Iterable[Flo
 
 
 @functools.lru_cache(maxsize=64)  # a campaign's worker sees thousands of scenarios
-def exact(scenario: Scenario, target: float = TARGET) -> Exact:
-    """The exact solution of a scenario, by a proof whose radius is at most `target`; from the cache where it is.
+def exact(experiment: Scenario | Experiment, target: float = TARGET, progress: Progress | None = None) -> Exact:
+    """The exact solution of an experiment, by a proof whose radius is at most `target`; from the cache where it is.
 
-    Raises ProofEnded where the proof cannot be continued to the horizon.
+    `progress` is told the time reached (s). Raises ProofEnded where the proof cannot be continued to the horizon.
     """
-    key = _key((scenario, target))
+    key = _key((_solved(experiment), target))
     path = KEPT / f"{key}.exact"
     payload = cache.read(path, key)
     if payload is not None:
-        found = unpacked(scenario, payload)
+        found = unpacked(experiment, payload)
         if found is not None and believable(found):
             return found
-    payload = prove(scenario, target)
+    payload = prove(experiment, target, progress)
     cache.write(path, key, payload)
-    found = unpacked(scenario, payload)
+    found = unpacked(experiment, payload)
     assert found is not None
     return found
+
+
+def _solved(experiment: Scenario | Experiment) -> Scenario | Experiment:
+    """The experiment without its words and what is known of it, on which no number depends."""
+    if isinstance(experiment, Scenario):
+        return experiment
+    return replace(experiment, title="", name="", source="", step=None, symbols=(), facts=())
+
+
+@functools.lru_cache(maxsize=64)
+def functions_of(experiment: Scenario | Experiment) -> dict[str, Function]:
+    """The closed loop's functions by name; those of a scenario take the PARAMETERS too."""
+    if isinstance(experiment, Scenario):
+        return derived_functions(experiment.wave)
+    from conformance.truth.experiment import loop_of
+    from conformance.truth.functions import derived
+
+    return derived(loop_of(experiment))
 
 
 def derived_functions(wave: str) -> dict[str, Function]:
@@ -166,15 +242,31 @@ def _key(of: object) -> str:
     return digest.hexdigest()
 
 
-def prove(scenario: Scenario, target: float) -> bytes:
+def prove(experiment: Scenario | Experiment, target: float, progress: Progress | None = None) -> bytes:
     """The solution, the sensitivities and the gains along it: as the bytes that are kept."""
     from conformance.truth.experiment import problem
-    from conformance.truth.sensitivity import sensitivity
     from conformance.truth.truth import compute
 
-    table = compute(problem(scenario), target).table
-    found, gains = sensitivity(scenario)
-    return packed(Exact(scenario, table, gains, found, {}))
+    table = compute(problem(experiment), target, progress=progress).table
+    if isinstance(experiment, Scenario):
+        from conformance.truth.sensitivity import sensitivity
+
+        found, gains = sensitivity(experiment)
+        return packed(Exact(experiment, table, gains, found, {}))
+    m = table.scale.size
+    none = Sensitivity(np.zeros(1), np.zeros((1, 1, m, 0)), np.zeros((m, 0)), float(table.edges[-1]))
+    solved = Exact(experiment, table, Gains(*[np.zeros(0)] * 4), none, functions_of(experiment))
+    return packed(replace(solved, gains=sampled_gains(solved, FINE)))
+
+
+def sampled_gains(found: Exact, samples: int) -> Gains:
+    """The largest slopes along the solution at samples, and the integral by them."""
+    m, n = len(found.setting.names), found.setting.n
+    t = np.linspace(0, found.setting.horizon, samples)
+    slopes = np.abs(rows(found.functions["gradients"], found.experiment, t, found.evaluate(t)))
+    slopes = slopes.reshape(m + n + 2, m, samples)
+    largest = slopes.max(axis=2)
+    return Gains(largest[:m], largest[m : m + n], largest[m + n], np.trapezoid(slopes[m + n + 1], t, axis=1))
 
 
 def packed(found: Exact) -> bytes:
@@ -185,17 +277,17 @@ def packed(found: Exact) -> bytes:
     return stream.getvalue()
 
 
-def unpacked(scenario: Scenario, payload: bytes) -> Exact | None:
+def unpacked(experiment: Scenario | Experiment, payload: bytes) -> Exact | None:
     """What `prove` gave, or None where this is something else."""
     try:
         with np.load(io.BytesIO(payload), allow_pickle=False) as stored:
             arrays: dict[str, Any] = dict(stored)
         return Exact(
-            scenario,
+            experiment,
             Table(*(arrays[f"Table.{f.name}"] for f in fields(Table))),
             Gains(*(arrays[f"Gains.{f.name}"] for f in fields(Gains))),
             Sensitivity(*(arrays[f"Sensitivity.{f.name}"] for f in fields(Sensitivity))),
-            derived_functions(scenario.wave),
+            functions_of(experiment),
         )
     except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile):
         return None
@@ -207,7 +299,7 @@ def unpacked(scenario: Scenario, payload: bytes) -> Exact | None:
 def believable(found: Exact) -> bool:
     """Whether numbers obey the equations that they are said to solve: none is far from what a proof would give.
 
-    In doubles: the table starts where the scenario does, has no jump, and its slope is the field; dx/dp obeys the
+    In doubles: the table starts where the experiment does, has no jump, and its slope is the field; dx/dp obeys the
     variational equation; the gains are the largest slopes found at samples, and hardly larger.
     """
     with np.errstate(all="ignore"):
@@ -215,21 +307,20 @@ def believable(found: Exact) -> bool:
 
 
 def _solves(found: Exact) -> bool:
-    table, scenario = found.table, found.scenario
-    pieces = table.centre.size
-    good = table.edges.shape == (pieces + 1,) and table.half.shape == (pieces,) and table.bound.shape == (3,)
-    if not good or table.polynomial.shape != (3, DEGREE + 1, pieces) or table.scale.shape != (3,) or not pieces:
+    table, setting = found.table, found.setting
+    pieces, m = table.centre.size, len(setting.names)
+    good = table.edges.shape == (pieces + 1,) and table.half.shape == (pieces,) and table.bound.shape == (m,)
+    if not good or table.polynomial.shape != (m, DEGREE + 1, pieces) or table.scale.shape != (m,) or not pieces:
         return False
-    spans = [table.edges[0] == 0, table.edges[-1] >= float(scenario.horizon), (table.half > 0).all()]
+    spans = [table.edges[0] == 0, table.edges[-1] >= setting.horizon, (table.half > 0).all()]
     spans += [np.allclose(table.centre - table.half, table.edges[:-1], rtol=0, atol=1e-9)]
     v = np.array([-1.0, 0.0, 1.0])[:, None, None, None]
     k = np.arange(DEGREE + 1)[:, None]
-    value = (table.polynomial * v**k).sum(axis=2)  # (3 places, 3 states, pieces)
+    value = (table.polynomial * v**k).sum(axis=2)  # (3 places, m states, pieces)
     slope = (table.polynomial * k * v ** np.maximum(k - 1, 0)).sum(axis=2) / table.half
     scale = np.abs(value).max(axis=(0, 2))
     spans += [(table.bound <= 1e-10 * (1 + scale)).all(), (table.scale <= scale * (1 + 1e-6)).all()]
-    start = np.array([float(scenario.x1_start), float(scenario.x2_start), float(scenario.theta_hat_start)])
-    jumps = value[0] - np.column_stack([start, value[2, :, :-1]])
+    jumps = value[0] - np.column_stack([setting.start, value[2, :, :-1]])
     spans += [(np.abs(jumps) <= JUMP * (1 + scale[:, None]) + 2 * table.bound[:, None]).all()]
     for place, s in enumerate(v.ravel()):
         wanted = found.first(table.centre + s * table.half, value[place])
@@ -239,6 +330,8 @@ def _solves(found: Exact) -> bool:
 
 
 def _varies(found: Exact) -> bool:
+    if not found.is_the_lessons:
+        return found.sensitivity.radius.size == 0
     s, scenario = found.sensitivity, found.scenario
     shape = s.polynomial.shape
     if s.starts.ndim != 1 or len(shape) != 4 or shape[0] != s.starts.size or shape[2:] != (3, len(COLUMNS)):
@@ -268,12 +361,8 @@ def _varies(found: Exact) -> bool:
 
 
 def _gains(found: Exact) -> bool:
-    t = np.linspace(0, float(found.scenario.horizon), SAMPLES)
-    slopes = np.abs(rows(found.functions["gradients"], found.scenario, t, found.evaluate(t))).reshape(7, 3, SAMPLES)
-    largest, gains = slopes.max(axis=2), found.gains
-    known = (gains.field, gains.z, gains.V[None], gains.dissipated[None])
-    wanted = (largest[:3], largest[3:5], largest[5:6], np.trapezoid(slopes[6], t, axis=1)[None])
+    wanted = sampled_gains(found, SAMPLES)
     return all(
         a.shape == b.shape and (a >= b * (1 - NEAR)).all() and (a <= b * (1 + NEAR) + NEAR).all()
-        for a, b in zip(known, wanted, strict=True)
+        for a, b in ((getattr(found.gains, f.name), getattr(wanted, f.name)) for f in fields(Gains))
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From a scenario to the truth: the lesson's plant, the derived closed loop, and the enclosure of its solution.
+"""From an experiment to the truth: the plant, the derived closed loop, and the enclosure of its solution.
 
 No formula of the controller stands here: `design` derives them from the plant.
 """
@@ -18,14 +18,15 @@ from flint import arb
 from conformance.atomic import write_atomically
 from conformance.places import PACKAGE
 from conformance.theory.design import ClosedLoop, closed_loop, tuning_functions
+from conformance.theory.experiments import Experiment, design_of, reference_of
 from conformance.theory.scenario import PARAMETERS, POSITIVE, WAVES, Scenario
 from conformance.theory.strict_feedback import Plant, strict_feedback
 from conformance.truth.enclosure import Progress
+from conformance.truth.setting import setting_of
 from conformance.truth.taylor import precision
 from conformance.truth.truth import Enclosure, InitialValueProblem, ball_function, enclose
 
 BEYOND = Fraction(101, 100)  # of the horizon: a file's last row may lie half a step behind it
-PRINTED = ("x1", "x2", "theta_hat", "z1", "z2", "V")
 SYMBOLS = tuple(sp.Symbol(name, positive=True) if name in POSITIVE else sp.Symbol(name) for name in PARAMETERS)
 
 
@@ -45,38 +46,60 @@ def parameters(scenario: Scenario) -> dict[sp.Symbol, sp.Rational]:
     return {symbol: sp.Rational(getattr(scenario, symbol.name)) for symbol in SYMBOLS}
 
 
-def problem(scenario: Scenario) -> InitialValueProblem:
-    """The closed loop of a scenario as an initial-value problem in x1, x2 and theta_hat."""
-    loop = derived_loop(scenario.wave)
-    numbers = parameters(scenario)
+@functools.lru_cache(16)
+def loop_of(experiment: Scenario | Experiment) -> ClosedLoop:
+    """The closed loop of an experiment; of a scenario in the PARAMETERS, else in numbers. Raises DesignError."""
+    if isinstance(experiment, Scenario):
+        return derived_loop(experiment.wave)
+    theta = [parameter.true for parameter in experiment.unknown]
+    return closed_loop(design_of(experiment), theta, reference_of(experiment))
+
+
+def start_of(experiment: Scenario | Experiment) -> tuple[Fraction, ...]:
+    """The start of states and estimates."""
+    if isinstance(experiment, Scenario):
+        return experiment.x1_start, experiment.x2_start, experiment.theta_hat_start
+    return (*experiment.start, *(parameter.start for parameter in experiment.unknown))
+
+
+def problem(experiment: Scenario | Experiment) -> InitialValueProblem:
+    """The closed loop of an experiment as an initial-value problem in states and estimates."""
+    loop = loop_of(experiment)
+    numbers = parameters(experiment) if isinstance(experiment, Scenario) else {}
     return InitialValueProblem(
         loop.time,
         loop.states,
         tuple(e.xreplace(numbers) for e in loop.rhs),
-        tuple(map(sp.Rational, (scenario.x1_start, scenario.x2_start, scenario.theta_hat_start))),
-        sp.Rational(scenario.horizon * BEYOND),
+        tuple(map(sp.Rational, start_of(experiment))),
+        sp.Rational(experiment.horizon * BEYOND),
         tuple((name, e.xreplace(numbers)) for name, e in loop.definitions),
     )
 
 
 @functools.cache
-def truth(scenario: Scenario, target: float = 1e-18) -> Enclosure:
-    """The proven enclosure of x1, x2 and theta_hat, with a radius of at most `target`."""
-    return enclose(problem(scenario), target)
+def truth(experiment: Scenario | Experiment, target: float = 1e-18, progress: Progress | None = None) -> Enclosure:
+    """The proven enclosure of states and estimates, with a radius of at most `target`."""
+    return enclose(problem(experiment), target, progress=progress)
+
+
+def printed_of(experiment: Scenario | Experiment) -> tuple[str, ...]:
+    """What a table of the truth holds: states and estimates, z_1 .. z_n, and V."""
+    setting = setting_of(experiment)
+    return (*setting.names, *(f"z{i}" for i in range(1, setting.n + 1)), "V")
 
 
 def truth_table(
-    scenario: Scenario, times: Iterable[Fraction], digits: int, progress: Progress | None = None
+    experiment: Scenario | Experiment, times: Iterable[Fraction], digits: int, progress: Progress | None = None
 ) -> Iterator[list[str]]:
-    """Rows of text: a header, then per time (s) those of PRINTED as value and radius.
+    """Rows of text: a header, then per time (s) states, estimates, errors z and V, as value and radius.
 
     A value has `digits` significant digits; its radius, rounded up, covers the enclosure and the rounding of the value.
     Raises ValueError for a time outside of the enclosure, ProofEnded where there is none.
     """
-    enclosed = enclose(problem(scenario), min(1e-18, 10.0**-digits), progress=progress)
-    loop = derived_loop(scenario.wave)
-    errors = ball_function(problem(scenario), [*loop.z, loop.V])
-    yield ["t", *(text for name in PRINTED for text in (name, f"{name}_radius"))]
+    enclosed = enclose(problem(experiment), min(1e-18, 10.0**-digits), progress=progress)
+    loop = loop_of(experiment)
+    errors = ball_function(problem(experiment), [*loop.z, loop.V])
+    yield ["t", *(text for name in printed_of(experiment) for text in (name, f"{name}_radius"))]
     for t in times:
         with precision(enclosed.bits):
             states = enclosed.at(t)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from conformance.judging.checks import CHECKS, OF_ANYONE, Check
+from conformance.judging.checks import CHECKS, Check
 from conformance.judging.layout import COLUMNS
 from conformance.judging.trajectory import STATES, Array, TrajectoryError, load
 from conformance.judging.verdict import Verdict, judge_file
@@ -48,7 +48,7 @@ RIGHT_TEXT = text(RIGHT)
 LINES = RIGHT_TEXT.splitlines(keepends=True)
 
 
-def judged(content: str | bytes, folder: Path, checks: Sequence[Check] = OF_ANYONE) -> Verdict:
+def judged(content: str | bytes, folder: Path, checks: Sequence[Check] | None = None) -> Verdict:
     path = folder / "judged.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return judge_file(path, LESSON, checks=checks)
