@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
 RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform(?=$|:)"
 SCENARIO = f"the experiment: {', '.join(SCENARIOS)}, or a TOML file with a table [scenario] (default: lesson)"
+LARGE = "even if the design has more statements than anyone reads"
 PLANT = "the experiment: a file of any plant, such as plants/problem_1c.toml"
 MOST_ROWS = 1_000_000  # that truth prints
 MESSAGE = 1000  # characters of an error
@@ -149,6 +150,7 @@ def parser() -> Parser:
     )
     design.add_argument("file", type=Path, metavar="FILE.toml", help="the experiment")
     design.add_argument("--format", choices=("text", "markdown", "latex", "json"), default="text", help="default: text")
+    design.add_argument("--large", action="store_true", help=LARGE)
     write = commands.add_parser(
         "write",
         help="write the programs of a plant, to take away",
@@ -159,7 +161,6 @@ def parser() -> Parser:
     write.add_argument("--to", type=Path, required=True, metavar="FOLDER", help="where")
     write.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: all)")
     write.add_argument("--force", action="store_true", help="overwrite what is there")
-    design.add_argument("--large", action="store_true", help="even if it has more statements than anyone reads")
     new_port = commands.add_parser("new-port", help="write the skeleton of a port in another language")
     new_port.add_argument("name", help="lower-case letters and digits, such as fortran")
     stages = commands.add_parser("port", help="say stage by stage how far a port has come, and what to do next")
@@ -182,7 +183,10 @@ def parser() -> Parser:
         "exit status is 0 where it holds, 1 where it does not, 2 where the file is no certificate.",
     )
     certify.add_argument("certificate", type=Path, metavar="FILE")
-    certify.add_argument("--scenario", help="derive the closed loop of this experiment too: is it what was solved?")
+    solved = certify.add_mutually_exclusive_group()
+    solved.add_argument("--scenario", help="derive the closed loop of this experiment too: is it what was solved?")
+    solved.add_argument("--plant", type=Path, metavar="FILE.toml", help="the same of any plant's file")
+    certify.add_argument("--large", action="store_true", help=LARGE)
     random = commands.add_parser(
         "campaign",
         help="random scenarios, every program on each",
@@ -211,6 +215,7 @@ def parser() -> Parser:
         of = each.add_mutually_exclusive_group()
         of.add_argument("--scenario", default="lesson", help=SCENARIO)
         of.add_argument("--plant", type=Path, metavar="FILE.toml", help=PLANT)
+        each.add_argument("--large", action="store_true", help=LARGE)
     return top
 
 
@@ -315,14 +320,17 @@ def write_tolerances(arguments: argparse.Namespace) -> int:
 
 
 def experiment_asked(arguments: argparse.Namespace) -> "Scenario | Experiment":
-    """What --plant or --scenario names; raises FileFault or ValueError."""
+    """What --plant or --scenario names; raises FileFault, TooLarge or ValueError."""
     if arguments.plant is None:
         from conformance.theory.scenario import scenario_named
 
         return scenario_named(arguments.scenario)
     from conformance.theory.experiment_file import read_experiment
+    from conformance.theory.statements import statements_of
 
-    return read_experiment(arguments.plant)
+    experiment = read_experiment(arguments.plant)
+    statements_of(experiment, arguments.large)
+    return experiment
 
 
 def validate(arguments: argparse.Namespace) -> int:
@@ -531,13 +539,12 @@ def check_certificate(arguments: argparse.Namespace) -> int:
     from conformance.truth.deviation import NotProven
 
     found, name = read(arguments.certificate), arguments.certificate.name
-    if arguments.scenario:
-        from conformance.theory.scenario import scenario_named
+    if arguments.scenario or arguments.plant:
         from conformance.truth.certificate import same_problem  # which needs SymPy
         from conformance.truth.experiment import problem
 
-        if not same_problem(problem(scenario_named(arguments.scenario)), found):
-            show(f"{name} FAILS: it is of another problem than {arguments.scenario}")
+        if not same_problem(problem(experiment_asked(arguments)), found):
+            show(f"{name} FAILS: it is of another problem than {arguments.plant or arguments.scenario}")
             return 1
     try:
         radius = certify(found)

@@ -5,6 +5,7 @@ The trajectories are SciPy's, of the statements as programs have them; the truth
 """
 
 import functools
+import io
 import re
 import subprocess
 import sys
@@ -27,6 +28,7 @@ from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import Experiment
 from conformance.theory.expressions import to_sympy
 from conformance.theory.identity import prove
+from conformance.theory.scenario import LESSON
 from conformance.theory.statements import parameters_of, statements_of
 from conformance.truth.exact import Exact, believable, exact, sampled_gains
 
@@ -68,6 +70,12 @@ def signals(e: Experiment, fault: Callable[[Formulas], None]) -> Callable[..., l
 
 def write_csv(e: Experiment, path: Path, fault: Callable[[Formulas], None] = no_fault) -> None:
     """A log of the statements, by SciPy."""
+    path.write_text(log_of(e, fault))
+
+
+@functools.cache
+def log_of(e: Experiment, fault: Callable[[Formulas], None]) -> str:
+    """The log as text."""
     function = signals(e, fault)
     start = [float(value) for value in (*e.start, *(p.start for p in e.unknown))]
     t = np.linspace(0, HORIZON, round(HORIZON / STEP) + 1)
@@ -78,7 +86,9 @@ def write_csv(e: Experiment, path: Path, fault: Callable[[Formulas], None] = no_
     r = np.array([float(function(one, *start)[-1]) for one in t])
     rows = np.column_stack([t, *solved.y, r, solved.y[0] - r])
     header = ",".join(("t", *e.states, *e.estimates, "reference", "tracking_error"))
-    np.savetxt(path, rows, fmt="%.17g", delimiter=",", header=header, comments="")
+    text = io.StringIO()
+    np.savetxt(text, rows, fmt="%.17g", delimiter=",", header=header, comments="")
+    return text.getvalue()
 
 
 def judged(e: Experiment, folder: Path, fault: Callable[[Formulas], None] = no_fault) -> Verdict:
@@ -217,6 +227,19 @@ def test_derivatives_of_the_derived_functions_are_those_of_differences(name: str
     assert np.allclose(-fall, x.dissipation(t, states)[0], rtol=1e-6, atol=1e-8)
 
 
+def test_the_lessons_file_is_solved_and_bounded_as_its_scenario_is() -> None:
+    """By derived functions and sampled gains on one side, and what the lesson's programs are judged by on the other."""
+    own, t = exact(replace(LESSON, horizon=Fraction(HORIZON)), TARGET), np.linspace(0, HORIZON, 101)
+    general, states = solved("Chapter17_Lesson1"), own.evaluate(t)
+    assert np.allclose(general.evaluate(t), states, rtol=0, atol=1e-11)
+    for quantity in ("control", "first", "second", "errors", "lyapunov", "dissipation"):
+        wanted = getattr(own, quantity)(t, states)
+        assert np.allclose(getattr(general, quantity)(t, states), wanted, rtol=1e-12, atol=1e-12), quantity
+    for slopes in ("field", "z", "V", "dissipated"):
+        sampled, proven = getattr(general.gains, slopes), getattr(own.gains, slopes)
+        assert (sampled <= proven).all() and np.allclose(sampled, proven, rtol=1e-2, atol=1e-2), slopes
+
+
 @pytest.mark.parametrize(
     "damage",
     [
@@ -326,8 +349,11 @@ def test_the_command_prints_the_truth_of_any_plant(plant: Path) -> None:
 
 def test_a_certificate_of_any_plant_is_checked(plant: Path, tmp_path: Path) -> None:
     assert conformance("truth", "--plant", plant, "--certificate", tmp_path / "proof").returncode == 0
-    answer = conformance("certify", tmp_path / "proof")
+    answer = conformance("certify", tmp_path / "proof", "--plant", plant)
     assert answer.returncode == 0 and "level, c_hat on [0, " in answer.stdout, answer.stderr
+    plant.write_text(SHORT.replace("0.2", "0.20001"))
+    answer = conformance("certify", tmp_path / "proof", "--plant", plant)
+    assert answer.returncode == 1 and "it is of another problem than" in answer.stdout
 
 
 @pytest.mark.parametrize("command", [["truth"], ["validate", "one.csv"]])
@@ -338,3 +364,14 @@ def test_a_fault_of_the_file_is_shown_at_its_place(command: list[str], plant: Pa
     answer = conformance(*words, "--plant", plant)
     assert (answer.returncode, answer.stdout) == (2, "")
     assert f"{plant}:5:" in answer.stderr and "^" in answer.stderr and "Traceback" not in answer.stderr
+
+
+def test_a_design_that_nobody_reads_is_refused_unless_asked_for(tmp_path: Path) -> None:
+    plant = tmp_path / "long.toml"
+    rows = "\n".join(f'x{i} = "x{i + 1} + theta*x{i}^2"' for i in range(1, 6))
+    text = SHORT.replace('level = "u - c*level^3"', f'{rows}\nx6 = "u"').replace("c = [", "theta = [")
+    text = text.replace('["1"]', "[1, 1, 1, 1, 1, 1]").replace('["0.2"]', "[0, 0, 0, 0, 0, 0]")
+    plant.write_text(text)
+    answer = conformance("truth", "--plant", plant)
+    assert (answer.returncode, answer.stdout) == (2, "")
+    assert "expected at most 120; --large asks for more" in answer.stderr and len(answer.stderr.splitlines()) == 1
