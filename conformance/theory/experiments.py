@@ -119,7 +119,7 @@ def reference_of(experiment: Experiment) -> sp.Expr:
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", re.ASCII)
 OURS = re.compile(
     r"u|t|r|V|phi(_\w+)?|gamma|\w*_(hat|tilde|d+ot|start|true|known)(_\w+)?"
-    r"|(z|f|g|w|k|tau|phi|alpha|gamma)_?\d\w*|r_d+ot|final_time",
+    r"|(z|f|g|w|k|tau|phi|alpha|gamma)_?\d\w*|r_d+ot|final_time|reference|tracking_error",
     re.ASCII,
 )
 
