@@ -278,6 +278,18 @@ def test_what_is_printed_says_the_same(name: str, tmp_path: Path) -> None:
     assert said(name, tmp_path) == []
 
 
+def test_a_parameter_that_is_no_decimal_is_printed_rounded(tmp_path: Path) -> None:
+    own = experiment("problem_1c")
+    e = replace(own, unknown=tuple(parameter._replace(true=Fraction(1, 3)) for parameter in own.unknown))
+    write_csv(own, tmp_path / "a.csv")
+    log = load(tmp_path / "a.csv", float(HORIZON), (*e.states, *e.estimates))
+    a, b = log.states[-2:, -1]
+    lines = SAID["problem_1c"].format(error=log.tracking_error[-1], a=a, b=b).replace("problem_1c.csv", "a.csv")
+    for text, fits in (("0.3333333333", True), ("0.333333", True), ("0.33333", False), ("0.3333334", False)):
+        printed = lines.replace("0.5, 0.5", f"{text}, {text}").splitlines()
+        assert (report_problems(printed, log, e, "a.csv") == []) is fits, text
+
+
 WRONG = {
     "the second estimate": (
         "problem_1c",
