@@ -62,9 +62,11 @@ class Trajectory:
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Array:
-        """A state or an estimate by its name, shape (rows,)."""
-        row: Array = self.states[self.names.index(name)]
-        return row
+        """A column by its name, shape (rows,)."""
+        if name in self.names:
+            row: Array = self.states[self.names.index(name)]
+            return row
+        return {"t": self.t, "reference": self.reference, "tracking_error": self.tracking_error}[name]
 
 
 def load(path: Path, horizon: float, names: tuple[str, ...] = STATES) -> Trajectory:

@@ -65,7 +65,7 @@ def thinned(trajectory: Trajectory) -> dict[str, str]:
     """Its curves at equal distances, on straight lines between rows."""
     t = np.linspace(0, trajectory.t[-1], POINTS)
     names = ("x1", "reference", "theta_hat")
-    return packed({"t": t, **{name: np.interp(t, trajectory.t, getattr(trajectory, name)) for name in names}})
+    return packed({"t": t, **{name: np.interp(t, trajectory.t, trajectory[name]) for name in names}})
 
 
 def marked(text: str) -> Markup:

@@ -302,8 +302,7 @@ def test_a_cell_is_read_as_the_number_it_is_or_refused(line: int, column: int, v
     except TrajectoryError as error:
         assert not same and len(str(error).splitlines()) == 1
     else:
-        rows = (loaded.t, *loaded.states, loaded.reference, loaded.tracking_error)
-        assert rows[column][line - 2] == number
+        assert loaded[COLUMNS[column]][line - 2] == number
 
 
 @quick
