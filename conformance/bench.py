@@ -92,15 +92,13 @@ def timed(action: Callable[[], T]) -> tuple[T, float]:
 def bench_truth(limit: float = 60.0) -> None:
     """The enclosure of the lesson's solution, against solvers without a proof; `limit` in s is for mpmath."""
     lesson = replace(problem(LESSON), horizon=sp.Rational(LESSON.horizon))
-    with tempfile.TemporaryDirectory() as name:
-        enclosed, cold = timed(lambda: enclose(lesson, cache=Path(name)))
-        _, warm = timed(lambda: enclose(lesson, cache=Path(name)))
-    _, coarse = timed(lambda: enclose(lesson, 1e-12, cache=None))
+    enclosed, cold = timed(lambda: enclose(lesson))
+    _, coarse = timed(lambda: enclose(lesson, 1e-12))
     times = np.random.default_rng(0).uniform(0, 20, 10**6)
     dense = min(timed(lambda: enclosed.evaluate(times))[1] for _ in range(3))
     error = (enclosed.bound / enclosed.scale).max()
     print(f"enclosure, cold: {cold:.2f} s, radius at most {enclosed.largest_radius:.1e} (aims: 3 s, 1e-18)")
-    print(f"  for a radius of 1e-12: {coarse:.2f} s; from the cache: {warm:.3f} s (aim: 0.1 s)")
+    print(f"  for a radius of 1e-12: {coarse:.2f} s")
     print(f"  at a million times, as doubles: {dense:.2f} s, {1e6 / dense:.1e} per s (aim: 0.5 s);", end=" ")
     print(f"error at most {error:.1e} of each state's scale (aim: 1e-15)")
     text, wrote = timed(lambda: certificate(lesson, enclosed))
@@ -137,7 +135,7 @@ def proof_figures(of: InitialValueProblem, target: float) -> tuple[str, str, str
     """CPU time (s), steps and radius; or how far it got, and why no further."""
     started = time.process_time()
     try:
-        enclosed = enclose(of, target, cache=None)
+        enclosed = enclose(of, target)
     except ProofEnded as ended:
         return f"{time.process_time() - started:.1f}", "", str(ended)
     spent = time.process_time() - started

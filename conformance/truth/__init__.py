@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""The proven enclosure of the exact solution, its doubles, and its cache."""
+"""The proven enclosure of the exact solution, its doubles, and its certificate."""

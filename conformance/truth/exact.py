@@ -245,9 +245,9 @@ def _key(of: object) -> str:
 def prove(experiment: Scenario | Experiment, target: float, progress: Progress | None = None) -> bytes:
     """The solution, the sensitivities and the gains along it: as the bytes that are kept."""
     from conformance.truth.experiment import problem
-    from conformance.truth.truth import compute
+    from conformance.truth.truth import enclose
 
-    table = compute(problem(experiment), target, progress=progress).table
+    table = enclose(problem(experiment), target, progress=progress).table
     if isinstance(experiment, Scenario):
         from conformance.truth.sensitivity import sensitivity
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The truth: a proven enclosure of the solution of an initial-value problem, kept in a cache.
+"""The truth: a proven enclosure of the solution of an initial-value problem.
 
 `enclose` gives an Enclosure. `at` evaluates it as balls at exact times, `evaluate` as doubles at many times.
 docs/truth.md tells why the enclosure is one.
@@ -7,9 +7,6 @@ docs/truth.md tells why the enclosure is one.
 
 from __future__ import annotations
 
-import hashlib
-import io
-import json
 import threading
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
@@ -18,17 +15,13 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 from math import inf, nextafter
-from pathlib import Path
 from typing import NamedTuple
 
-import flint
 import numpy as np
 import sympy as sp
 from flint import arb, fmpq
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from conformance.places import PACKAGE, proofs
-from conformance.truth import cache as kept
 from conformance.truth import enclosure
 from conformance.truth.dense import tabulate
 from conformance.truth.enclosure import BUDGET, Budget, Progress, ProofEnded
@@ -39,14 +32,6 @@ __all__ = ["Ball", "Enclosure", "ExactStep", "InitialValueProblem", "ProofEnded"
 
 SMALLEST, LARGEST = 1e-100, 1e100  # of targets and numbers: bounds are doubles
 ONE_AT_A_TIME = threading.Lock()
-CACHE = proofs()
-SOURCES = tuple(
-    PACKAGE / f"{name}.py"
-    for name in (
-        "theory/program", "truth/taylor", "truth/tails", "truth/enclosure", "truth/dense", "truth/piecewise",
-        "truth/truth",
-    )
-)  # fmt: skip
 
 
 class ExactStep(NamedTuple):
@@ -234,38 +219,19 @@ def ball_function(
     return values
 
 
-# --- Enclose, with a cache -----------------------------------------------------------------------
+# --- Enclose -------------------------------------------------------------------------------------
 
 
 def enclose(
-    problem: InitialValueProblem,
-    target: float = 1e-18,
-    cache: Path | None = CACHE,
-    budget: float = BUDGET,
-    progress: Progress | None = None,
+    problem: InitialValueProblem, target: float = 1e-18, budget: float = BUDGET, progress: Progress | None = None
 ) -> Enclosure:
     """The proven enclosure of the problem, with a radius of at most `target` for every row at every time.
 
-    target: absolute, in the units of the rows. cache: a directory, or None for no cache; a file there is used only
-    if its key and its checksum fit. budget: CPU time (s). progress: told the time reached (s), four times a second at
-    most; it falls back where an attempt begins anew. Raises ProofEnded where the proof cannot be continued to the
-    horizon, or not within the budget, with the time reached; ValueError for a right-hand side without a Taylor rule.
+    target: absolute, in the units of the rows. budget: CPU time (s). progress: told the time reached (s), four times a
+    second at most; it falls back where an attempt begins anew. One at a time, since the precision of ball arithmetic is
+    global. Raises ProofEnded where the proof cannot be continued to the horizon, or not within the budget, with the
+    time reached; ValueError for a right-hand side without a Taylor rule.
     """
-    if cache is None:
-        return compute(problem, target, budget, progress)
-    key = cache_key(problem, target)
-    path = cache / f"{key}.truth"
-    found = load(path, key)
-    if found is None:
-        found = compute(problem, target, budget, progress)
-        save(path, key, found)
-    return found
-
-
-def compute(
-    problem: InitialValueProblem, target: float, budget: float = BUDGET, progress: Progress | None = None
-) -> Enclosure:
-    """`enclose` without a cache; one at a time, since the precision of ball arithmetic is global."""
     if not SMALLEST <= target <= LARGEST:
         raise ValueError(f"the target radius must lie between {SMALLEST:g} and {LARGEST:g}, not {target}")
     program = compile_program(problem.time, problem.states, problem.rhs, problem.definitions)
@@ -282,41 +248,3 @@ def compute(
         tuple(tuple(map(_text, step.polynomial)) for step in steps),
         table,
     )
-
-
-def cache_key(problem: InitialValueProblem, target: float) -> str:
-    """A digest of all that the enclosure depends on: problem, target, these sources, and library versions."""
-    text = [problem.names, sp.srepr(sp.sympify((problem.time, problem.states, problem.rhs, problem.start)))]
-    text += [sp.srepr(sp.sympify((problem.horizon, problem.definitions))), target.hex()]
-    text += [flint.__version__, flint.__FLINT_VERSION__, sp.__version__, np.__version__]
-    digest = hashlib.sha256(repr(text).encode())
-    for source in SOURCES:
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
-
-
-def save(path: Path, key: str, enclosed: Enclosure) -> None:
-    """Keeps an enclosure in a file."""
-    meta = {"names": enclosed.names, "bits": enclosed.bits, "polynomials": enclosed.polynomials}
-    stream = io.BytesIO()
-    np.savez(
-        stream,
-        meta=np.frombuffer(json.dumps(meta).encode(), dtype=np.uint8),
-        starts=enclosed.starts,
-        radius=enclosed.radius,
-        **enclosed.table.arrays(),
-    )
-    kept.write(path, key, stream.getvalue())
-
-
-def load(path: Path, key: str) -> Enclosure | None:
-    """The enclosure in this file, or None where there is none, or one that is damaged or of another key."""
-    payload = kept.read(path, key)
-    if payload is None:
-        return None
-    with np.load(io.BytesIO(payload), allow_pickle=False) as stored:
-        arrays: dict[str, NDArray[np.float64]] = dict(stored)
-    meta = json.loads(arrays.pop("meta").tobytes())
-    polynomials = tuple(map(tuple, meta["polynomials"]))
-    starts, radius = arrays.pop("starts"), arrays.pop("radius")
-    return Enclosure(tuple(meta["names"]), meta["bits"], starts, radius, polynomials, Table(**arrays))

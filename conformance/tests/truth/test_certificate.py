@@ -32,10 +32,10 @@ from conformance.truth.certify import bits, certify, parse, written
 from conformance.truth.deviation import NotProven, about, deviations, polynomial, rational, rows, series
 from conformance.truth.experiment import problem
 from conformance.truth.taylor import precision
-from conformance.truth.truth import compute, enclose
+from conformance.truth.truth import enclose
 
 SHORT = replace(LESSON, horizon=Fraction(1, 4))
-TEXT = certificate(problem(SHORT), compute(problem(SHORT), 1e-18))
+TEXT = certificate(problem(SHORT), enclose(problem(SHORT), 1e-18))
 Content = dict[str, Any]
 
 
@@ -82,7 +82,7 @@ def test_problem_in_the_certificate_is_the_lessons() -> None:
 @pytest.mark.parametrize("closed", CLOSED.values(), ids=CLOSED)
 def test_bound_of_rough_polynomials_covers_their_error_and_is_near_it(closed: Closed) -> None:
     """Polynomials cut to a lower degree are off by more: the second way alone has to say by how much."""
-    enclosed = compute(closed.problem, 1e-12)
+    enclosed = enclose(closed.problem, 1e-12)
     short = tuple(tuple(" ".join(p.split()[:40]) for p in step) for step in enclosed.polynomials)
     found = parse(certificate(closed.problem, replace(enclosed, polynomials=short, radius=0 * enclosed.radius + 1e-6)))
     with precision(256):

@@ -88,11 +88,11 @@ def test_no_double_is_farther_off_than_its_bound(kind: str) -> None:
     make, _, target = KINDS[kind]
     for T in horizons(kind):
         closed = make(T)
-        enclosed = enclose(closed.problem, target, cache=None)
+        enclosed = enclose(closed.problem, target)
         assert worst(closed, enclosed) <= 1, T
         assert np.all(enclosed.bound <= 4e-15 * enclosed.scale), T
 
 
 @pytest.mark.parametrize("name", ["logistic equation", "sine of the state", "quotient and logarithm"])
 def test_no_double_of_other_closed_problems_is_farther_off(name: str) -> None:
-    assert worst(CLOSED[name], enclose(CLOSED[name].problem, cache=None)) <= 1
+    assert worst(CLOSED[name], enclose(CLOSED[name].problem)) <= 1

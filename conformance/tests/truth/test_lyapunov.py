@@ -21,7 +21,7 @@ TARGET = 1e-12
 def along(of: InitialValueProblem, rate: sp.Expr) -> Enclosure:
     """The problem with one more state, the integral of an expression from 0."""
     states, rhs = (*of.states, sp.Symbol("integral")), (*of.rhs, rate)
-    return enclose(replace(of, states=states, rhs=rhs, start=(*of.start, sp.S.Zero)), TARGET, cache=None)
+    return enclose(replace(of, states=states, rhs=rhs, start=(*of.start, sp.S.Zero)), TARGET)
 
 
 def stays_zero(enclosed: Enclosure) -> bool:

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The truth of the lesson's experiment: reference points, doubles, cache."""
+"""The truth of the lesson's experiment: reference points and doubles."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Iterator
 from fractions import Fraction
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +13,6 @@ import sympy as sp
 from flint import arb, fmpq
 
 from conformance.tests.truth.problems import CLOSED, R, lesson
-from conformance.truth import truth
 from conformance.truth.taylor import precision
 from conformance.truth.truth import Enclosure, ball_function, enclose
 
@@ -39,7 +36,7 @@ def arithmetic_of_the_tests() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def experiment() -> Enclosure:
-    return enclose(lesson(), TARGET, cache=None)
+    return enclose(lesson(), TARGET)
 
 
 def balls(enclosed: Enclosure, time: str) -> dict[str, arb]:
@@ -101,7 +98,7 @@ def test_doubles_are_within_their_bound_at_edges_of_pieces(experiment: Enclosure
 
 @pytest.mark.parametrize("name", CLOSED)
 def test_doubles_of_closed_problems_are_within_their_bound(name: str) -> None:
-    enclosed = enclose(CLOSED[name].problem, cache=None)
+    enclosed = enclose(CLOSED[name].problem)
     check_doubles(enclosed, np.random.default_rng(2).uniform(0, enclosed.end, 300))
 
 
@@ -141,62 +138,7 @@ def test_steps_are_exact_join_and_are_what_is_evaluated(experiment: Enclosure) -
 
 
 def test_horizon_that_is_no_double_is_reached_by_the_double_above_it() -> None:
-    enclosed = enclose(lesson(R("0.1")), 1e-12, cache=None)
+    enclosed = enclose(lesson(R("0.1")), 1e-12)
     assert enclosed.end == 0.1 > R("0.1")
     enclosed.at("0.1")
     enclosed.evaluate(0.1)
-
-
-# --- Cache ---------------------------------------------------------------------------------------
-
-SHORT = lesson(R(1, 2))
-
-
-@pytest.fixture
-def stored(tmp_path: Path) -> Path:
-    enclose(SHORT, 1e-12, cache=tmp_path)
-    (path,) = tmp_path.iterdir()
-    return path
-
-
-def test_cached_enclosure_is_the_computed_one(stored: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    fresh = enclose(SHORT, 1e-12, cache=None)
-    monkeypatch.setattr(truth, "compute", None)
-    cached = enclose(SHORT, 1e-12, cache=stored.parent)
-    times = np.linspace(0, 0.5, 101)
-    assert np.array_equal(cached.evaluate(times), fresh.evaluate(times))
-    assert [b.str(30) for b in cached.at("1/3")] == [b.str(30) for b in fresh.at("1/3")]
-    assert cached.largest_radius == fresh.largest_radius
-
-
-DAMAGES: dict[str, Callable[[bytes], bytes]] = {
-    "empty": lambda data: b"",
-    "truncated": lambda data: data[: len(data) // 2],
-    "one bit": lambda data: data[:5000] + bytes([data[5000] ^ 1]) + data[5001:],
-    "of another key": lambda data: b"0" * 64 + data[64:],
-    "foreign": lambda data: b"\xff\x00 not one of ours",
-}
-
-
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_damaged_file_is_recomputed(stored: Path, damage: str) -> None:
-    good = stored.read_bytes()
-    stored.write_bytes(DAMAGES[damage](good))
-    assert truth.load(stored, stored.stem) is None
-    assert enclose(SHORT, 1e-12, cache=stored.parent).largest_radius <= 1e-12
-    assert truth.load(stored, stored.stem) is not None
-    assert list(stored.parent.iterdir()) == [stored]
-
-
-def test_key_depends_on_the_problem_and_the_target() -> None:
-    problems = [SHORT, lesson(R(1, 3)), replace(SHORT, start=(R(1), R(1), R(1))), CLOSED["square root"].problem]
-    keys = {truth.cache_key(p, target) for p in problems for target in (1e-12, 1e-18)}
-    assert len(keys) == 8
-
-
-def test_key_depends_on_the_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = truth.cache_key(SHORT, 1e-12)
-    other = tmp_path / "taylor.py"
-    other.write_bytes(truth.SOURCES[0].read_bytes() + b"\n")
-    monkeypatch.setattr(truth, "SOURCES", (other, *truth.SOURCES[1:]))
-    assert truth.cache_key(SHORT, 1e-12) != before

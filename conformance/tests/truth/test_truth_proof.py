@@ -25,7 +25,7 @@ GROWTH, PERIODIC = CLOSED["exponential growth"], CLOSED["harmonic oscillator"]
 @pytest.mark.parametrize("target", [1e-6, 1e-12, 1e-18, 1e-30])
 @pytest.mark.parametrize("name", CLOSED)
 def test_closed_solution_lies_in_its_enclosure(name: str, target: float) -> None:
-    enclosed = enclose(CLOSED[name].problem, target, cache=None)
+    enclosed = enclose(CLOSED[name].problem, target)
     assert enclosed.largest_radius <= target
     assert CLOSED[name].lies_in(enclosed)
 
@@ -33,14 +33,14 @@ def test_closed_solution_lies_in_its_enclosure(name: str, target: float) -> None
 @pytest.mark.parametrize("edge", [-1, 1])
 def test_every_solution_from_a_ball_of_starts_lies_in_the_enclosure(edge: int) -> None:
     start = Ball(R(1), R(1, 10**6))
-    enclosed = enclose(replace(GROWTH.problem, start=(start,)), 1e4, cache=None)
+    enclosed = enclose(replace(GROWTH.problem, start=(start,)), 1e4)
     value = 1 + edge * arb(10) ** -6
     assert Closed(GROWTH.problem, lambda s: (value * s.exp(),)).lies_in(enclosed)
 
 
 def test_precision_of_ball_arithmetic_is_restored() -> None:
     before = flint.ctx.prec
-    enclose(GROWTH.problem, cache=None).at("0.5")
+    enclose(GROWTH.problem).at("0.5")
     assert flint.ctx.prec == before
 
 
@@ -61,19 +61,19 @@ def test_precision_of_ball_arithmetic_is_restored() -> None:
 )
 def test_proof_ends_with_the_time_reached(rhs: sp.Expr, start: sp.Rational, pole: float, why: str) -> None:
     with pytest.raises(ProofEnded, match=why) as ended:
-        enclose(InitialValueProblem(t, (x,), (rhs,), (start,), R(3)), cache=None)
+        enclose(InitialValueProblem(t, (x,), (rhs,), (start,), R(3)))
     assert pole - 1e-5 <= ended.value.reached <= pole
 
 
 def test_unstable_problem_ends_with_the_time_reached() -> None:
     with pytest.raises(ProofEnded) as ended:
-        enclose(InitialValueProblem(t, (x,), (100 * x,), (R(1),), R(20)), cache=None)
+        enclose(InitialValueProblem(t, (x,), (100 * x,), (R(1),), R(20)))
     assert 1 < ended.value.reached < 20
 
 
 def test_target_below_the_radius_of_the_start_is_refused() -> None:
     with pytest.raises(ProofEnded, match="radius"):
-        enclose(replace(GROWTH.problem, start=(Ball(R(1), R(1, 10**6)),)), 1e-8, cache=None)
+        enclose(replace(GROWTH.problem, start=(Ball(R(1), R(1, 10**6)),)), 1e-8)
 
 
 WILD = {
@@ -86,7 +86,7 @@ WILD = {
 @pytest.mark.parametrize("name", WILD)
 def test_budget_ends_a_long_proof_in_one_line(name: str) -> None:
     with pytest.raises(ProofEnded) as ended:
-        enclose(WILD[name], cache=None, budget=0.3)
+        enclose(WILD[name], budget=0.3)
     assert re.search(r"its 0\.3 s of CPU time are spent; to reach t = \S+ takes about \S+ s at", str(ended.value))
     assert 0 < ended.value.reached < WILD[name].end
 
@@ -94,15 +94,15 @@ def test_budget_ends_a_long_proof_in_one_line(name: str) -> None:
 def test_progress_is_told_now_and_then_and_rises(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(enclosure, "OFTEN", 0.0)
     told: list[float] = []
-    enclosed = enclose(PERIODIC.problem, cache=None, progress=told.append)
+    enclosed = enclose(PERIODIC.problem, progress=told.append)
     assert told == enclosed.edges[1:].tolist()
     monkeypatch.setattr(enclosure, "OFTEN", 1e9)
-    enclose(PERIODIC.problem, cache=None, progress=lambda reached: pytest.fail("too often"))
+    enclose(PERIODIC.problem, progress=lambda reached: pytest.fail("too often"))
 
 
 def test_slow_problem_takes_wide_steps() -> None:
     problem = InitialValueProblem(t, (x,), (-x / 10**7,), (R(1),), R(10**7))
-    enclosed = enclose(problem, cache=None)
+    enclosed = enclose(problem)
     assert np.diff(enclosed.edges).max() > 1e6
     assert Closed(problem, lambda s: ((-s / 10**7).exp(),)).lies_in(enclosed)
 
@@ -112,7 +112,7 @@ def test_flow_that_expands_beyond_reach_is_named(monkeypatch: pytest.MonkeyPatch
     with pytest.raises(
         ProofEnded, match=r"radius there is \S+, above 1\.0e-18; the start, or errors of 2\^-20 of that"
     ):
-        enclose(InitialValueProblem(t, (x,), (10 * x,), (R(1),), R(10)), cache=None)
+        enclose(InitialValueProblem(t, (x,), (10 * x,), (R(1),), R(10)))
 
 
 # --- Faults --------------------------------------------------------------------------------------
@@ -138,7 +138,7 @@ def test_wrong_taylor_rule_is_caught(
 
 def _survives(closed: Closed) -> bool:
     try:
-        return closed.lies_in(enclose(closed.problem, 1e-12, cache=None))
+        return closed.lies_in(enclose(closed.problem, 1e-12))
     except ProofEnded:
         return False
 
@@ -175,16 +175,16 @@ def test_fixed_point_test_that_is_skipped_is_caught(monkeypatch: pytest.MonkeyPa
     """Beyond the pole of x' = x^2 nothing exists, whatever a bound says that was never tested."""
     problem = InitialValueProblem(t, (x,), (x**2,), (R(1),), R(3))
     with pytest.raises(ProofEnded):
-        enclose(problem, 1e12, cache=None)
+        enclose(problem, 1e12)
     monkeypatch.setattr(tails, "search", one_round)
     monkeypatch.setattr(enclosure, "SHARP", 1e300)
-    assert enclose(problem, 1e90, cache=None).end == 3
+    assert enclose(problem, 1e90).end == 3
 
 
 def test_radii_that_fail_the_fixed_point_test_end_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tails, "holds", lambda found, candidate: False)
     with pytest.raises(ProofEnded, match="fixed-point test"):
-        enclose(GROWTH.problem, cache=None)
+        enclose(GROWTH.problem)
 
 
 def test_start_radius_that_is_not_carried_on_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,7 +194,7 @@ def test_start_radius_that_is_not_carried_on_is_caught(monkeypatch: pytest.Monke
         return replace(flow(self, at, h), bound=arb_mat([[1]]), end=arb_mat([[1]]))
 
     monkeypatch.setattr(enclosure.Stepper, "flow", frozen)
-    enclosed = enclose(replace(GROWTH.problem, start=(Ball(R(1), R(1, 10**6)),)), 1e4, cache=None)
+    enclosed = enclose(replace(GROWTH.problem, start=(Ball(R(1), R(1, 10**6)),)), 1e4)
     assert not Closed(GROWTH.problem, lambda s: ((1 + arb(10) ** -6) * s.exp(),)).lies_in(enclosed)
 
 
@@ -224,7 +224,7 @@ def test_fixed_point_test_knows_where_a_solution_is_analytic(rhs: sp.Expr, width
 )
 def test_right_hand_side_without_a_rule_is_refused(rhs: sp.Expr, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        enclose(InitialValueProblem(t, (x,), (rhs,), (R(1),), R(1)), cache=None)
+        enclose(InitialValueProblem(t, (x,), (rhs,), (R(1),), R(1)))
 
 
 def test_start_given_as_a_double_is_refused() -> None:
@@ -235,7 +235,7 @@ def test_start_given_as_a_double_is_refused() -> None:
 @pytest.mark.parametrize("target", [0.0, -1.0, 1e-290, 1e290, float("inf"), float("nan")])
 def test_absurd_target_is_refused(target: float) -> None:
     with pytest.raises(ValueError, match="the target radius must lie between 1e-100 and 1e"):
-        enclose(GROWTH.problem, target, cache=None)
+        enclose(GROWTH.problem, target)
 
 
 def test_absurd_start_and_horizon_are_refused() -> None:
