@@ -123,39 +123,3 @@ def kind(value: object) -> str:
     if isinstance(value, int) and abs(value) >= 10**20:
         return "a number of more than 20 digits"
     return plain(value, 40)
-
-
-# ---- What is in them ----
-
-
-def expect(condition: bool, where: str, found: object, expected: str) -> None:
-    """Raise ValueError unless the condition holds."""
-    if not condition:
-        raise ValueError(f"{where}: found {shown(str(found), 60)}, expected {expected}")
-
-
-def keys(value: Any, names: tuple[str, ...], where: str) -> None:
-    """Raise ValueError unless this is a table with these keys in this order."""
-    good = isinstance(value, dict) and tuple(value) == names
-    expect(good, where, list(value) if isinstance(value, dict) else value, f"the keys {', '.join(names)}")
-
-
-def listed(value: Any, least: int, most: int, where: str) -> list[Any]:
-    """A list with so many entries; raises ValueError where it is none."""
-    size = str(least) if least == most else f"{least} to {most}"
-    expect(isinstance(value, list) and least <= len(value) <= most, where, value, f"a list of {size}")
-    return list(value)
-
-
-def matched(value: Any, pattern: re.Pattern[str], where: str) -> re.Match[str]:
-    """The match of a text of this form; raises ValueError where it is none."""
-    match = pattern.fullmatch(value) if isinstance(value, str) else None
-    if match is None:
-        raise ValueError(f"{where}: found {shown(str(value), 60)}, expected a text of the form {pattern.pattern[:60]}")
-    return match
-
-
-def index(value: Any, below: int, where: str) -> int:
-    """A whole number from 0, below a bound; raises ValueError where it is none."""
-    expect(type(value) is int and 0 <= value < below, where, value, f"a whole number below {below}")
-    return int(value)

@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
-from conformance.foreign import expect, index, keys, listed, matched, read_text
 from conformance.truth.deviation import NAMED, READS, Claim, Line, Step, deviations
 
 FORMAT = "conformance certificate 1"
@@ -30,6 +29,10 @@ DYADIC = re.compile(r"(-?)0x([1-9a-f][0-9a-f]{0,999})p(-?[0-9]{1,4})")
 RATIONAL = re.compile(r"-?[0-9]{1,1000}(/[0-9]{1,1000})?")
 NAME = re.compile(r"[A-Za-z_][A-Za-z_0-9]{0,99}")
 GUARD_BITS = 24
+
+
+class NoCertificate(ValueError):
+    """What was read is no certificate; the message says where and why."""
 
 
 class Certificate(NamedTuple):
@@ -47,8 +50,9 @@ class Certificate(NamedTuple):
 
 def certify(certificate: Certificate) -> arb:
     """The largest radius that this way gives; raises NotProven where a stated radius is not confirmed."""
-    found = [bound for bounds in deviations(certificate.claim, bits(certificate.claim)) for bound in bounds]
-    return max(found, key=float)
+    return max(
+        (bound for bounds in deviations(certificate.claim, bits(certificate.claim)) for bound in bounds), key=float
+    )
 
 
 def bits(claim: Claim) -> int:
@@ -68,33 +72,38 @@ def magnitude(exact: arb) -> int:
 
 
 def read(path: Path) -> Certificate:
-    """The certificate in a file; raises ValueError, which says where it is none and why."""
-    text = read_text(path, LARGEST)
+    """The certificate in a file; raises NoCertificate, or OSError."""
+    if not path.is_file():
+        raise NoCertificate(f"{path}: expected a file")
+    if path.stat().st_size > LARGEST:
+        raise NoCertificate(f"{path}: found {path.stat().st_size} bytes, expected at most {LARGEST}")
     try:
-        return parse(text)
-    except ValueError as reason:
-        raise ValueError(f"{path.name}: {reason}") from None
+        return parse(path.read_bytes().decode("ascii"))
+    except UnicodeDecodeError:
+        raise NoCertificate(f"{path}: found bytes that are not ASCII, expected a certificate") from None
+    except NoCertificate as reason:
+        raise NoCertificate(f"{path}: {reason}") from None
 
 
 def parse(text: str) -> Certificate:
-    """The certificate that a text is; raises ValueError."""
+    """The certificate that a text is; raises NoCertificate."""
     try:
         content = json.loads(text)
     except (ValueError, RecursionError):
-        raise ValueError("expected JSON, as conformance truth --certificate writes it") from None
-    keys(content, KEYS, "the file")
-    expect(content["format"] == FORMAT, "format", content["format"], FORMAT)
-    names = tuple(matched(name, NAME, "states")[0] for name in listed(content["states"], 1, MOST["states"], "states"))
-    expect(len(set(names)) == len(names), "states", names, "names that differ")
-    lines = listed(content["program"], 1, MOST["lines"], "program")
+        raise NoCertificate("expected JSON, as conformance truth --certificate writes it") from None
+    _keys(content, KEYS, "the file")
+    _expect(content["format"] == FORMAT, "format", content["format"], FORMAT)
+    names = tuple(_matched(name, NAME, "states")[0] for name in _listed(content["states"], 1, MOST["states"], "states"))
+    _expect(len(set(names)) == len(names), "states", names, "names that differ")
+    lines = _listed(content["program"], 1, MOST["lines"], "program")
     program = tuple(_line(line, i, len(names)) for i, line in enumerate(lines))
-    rhs = tuple(index(i, len(program), "rhs") for i in listed(content["rhs"], len(names), len(names), "rhs"))
-    start = [listed(pair, 2, 2, "start") for pair in listed(content["start"], len(names), len(names), "start")]
+    rhs = tuple(_index(i, len(program), "rhs") for i in _listed(content["rhs"], len(names), len(names), "rhs"))
+    start = [_listed(pair, 2, 2, "start") for pair in _listed(content["start"], len(names), len(names), "start")]
     balls = [(_fraction(middle, "start"), _fraction(radius, "start")) for middle, radius in start]
-    expect(all(radius >= 0 for _, radius in balls), "start", content["start"], "radii that are not negative")
+    _expect(all(radius >= 0 for _, radius in balls), "start", content["start"], "radii that are not negative")
     horizon = _fraction(content["horizon"], "horizon")
-    steps = tuple(_steps(listed(content["steps"], 1, MOST["steps"], "steps"), len(names), horizon))
-    expect(text == written(content), "the text", "another form", "the canonical one, sealed by its sha256")
+    steps = tuple(_steps(_listed(content["steps"], 1, MOST["steps"], "steps"), len(names), horizon))
+    _expect(text == written(content), "the text", "another form", "the canonical one, sealed by its sha256")
     return Certificate(names, Claim(program, rhs, tuple(balls), steps), horizon)
 
 
@@ -109,36 +118,64 @@ def _steps(found: list[Any], states: int, horizon: Fraction) -> Iterator[Step]:
     end = Fraction(0)
     for number, step in enumerate(found, 1):
         where = f"step {number}"
-        keys(step, STEP_KEYS, where)
+        _keys(step, STEP_KEYS, where)
         start, width = (_exactly(_dyadic(step[key], f"{where}, {key}")) for key in STEP_KEYS[:2])
-        expect(start == end, f"{where}, start", step["start"], "where the step before ends")
-        expect(width > 0, f"{where}, width", step["width"], "a positive number")
-        rows = listed(step["polynomial"], states, states, f"{where}, polynomial")
-        polynomial = [listed(row, 1, MOST["coefficients"], f"{where}, polynomial") for row in rows]
-        radius = [_dyadic(r, f"{where}, radius") for r in listed(step["radius"], states, states, f"{where}, radius")]
-        expect(all(r > 0 for r in radius), f"{where}, radius", step["radius"], "positive numbers")
+        _expect(start == end, f"{where}, start", step["start"], "where the step before ends")
+        _expect(width > 0, f"{where}, width", step["width"], "a positive number")
+        rows = _listed(step["polynomial"], states, states, f"{where}, polynomial")
+        polynomial = [_listed(row, 1, MOST["coefficients"], f"{where}, polynomial") for row in rows]
+        radius = [_dyadic(r, f"{where}, radius") for r in _listed(step["radius"], states, states, f"{where}, radius")]
+        _expect(all(r > 0 for r in radius), f"{where}, radius", step["radius"], "positive numbers")
         yield Step(start, width, [[_dyadic(c, f"{where}, polynomial") for c in row] for row in polynomial], radius)
         end = start + width
-    expect(end >= horizon, "horizon", str(horizon), "a time that the steps reach")
+    _expect(end >= horizon, "horizon", str(horizon), "a time that the steps reach")
 
 
 def _line(text: Any, i: int, states: int) -> Line:
     where = f"program, line {i}"
-    op, *words = matched(text, re.compile(r"[a-z]{1,9}( [-/0-9A-Za-z]{1,2001}){0,2}"), where)[0].split(" ")
-    expect(op in READS, where, op, f"one of {', '.join(READS)}")
+    op, *words = _matched(text, re.compile(r"[a-z]{1,9}( [-/0-9A-Za-z]{1,2001}){0,2}"), where)[0].split(" ")
+    _expect(op in READS, where, op, f"one of {', '.join(READS)}")
     completed = op in ("state", "constant", "power")
-    expect(len(words) == READS[op] + completed, where, text, "as many words as the operation has")
+    _expect(len(words) == READS[op] + completed, where, text, "as many words as the operation has")
     value = words.pop(0) if completed else ""
     if op == "state":
-        index(int(value) if re.fullmatch("[0-9]{1,4}", value) else value, states, where)
+        _index(int(value) if re.fullmatch("[0-9]{1,4}", value) else value, states, where)
     elif completed and not (op == "constant" and value in NAMED):
         _fraction(value, where)
-    return Line(op, tuple(index(int(w) if re.fullmatch("[0-9]{1,6}", w) else w, i, where) for w in words), value)
+    return Line(op, tuple(_index(int(w) if re.fullmatch("[0-9]{1,6}", w) else w, i, where) for w in words), value)
+
+
+def _expect(condition: bool, where: str, found: object, expected: str) -> None:
+    if not condition:
+        raise NoCertificate(f"{where}: found {str(found)[:60]!r}, expected {expected}")
+
+
+def _keys(value: Any, keys: tuple[str, ...], where: str) -> None:
+    good = isinstance(value, dict) and tuple(value) == keys
+    _expect(good, where, list(value) if isinstance(value, dict) else value, f"the keys {', '.join(keys)}")
+
+
+def _listed(value: Any, least: int, most: int, where: str) -> list[Any]:
+    size = str(least) if least == most else f"{least} to {most}"
+    _expect(isinstance(value, list) and least <= len(value) <= most, where, value, f"a list of {size}")
+    return list(value)
+
+
+def _matched(value: Any, pattern: re.Pattern[str], where: str) -> re.Match[str]:
+    match = pattern.fullmatch(value) if isinstance(value, str) else None
+    if match is None:
+        raise NoCertificate(f"{where}: found {str(value)[:60]!r}, expected a text of the form {pattern.pattern[:60]}")
+    return match
+
+
+def _index(value: Any, below: int, where: str) -> int:
+    _expect(type(value) is int and 0 <= value < below, where, value, f"a whole number below {below}")
+    return int(value)
 
 
 def _fraction(value: Any, where: str) -> Fraction:
-    text = matched(value, RATIONAL, where)[0]
-    expect(not re.search("/0+$", text) and str(Fraction(text)) == text, where, text, "a fraction in lowest terms")
+    text = _matched(value, RATIONAL, where)[0]
+    _expect(not re.search("/0+$", text) and str(Fraction(text)) == text, where, text, "a fraction in lowest terms")
     return Fraction(text)
 
 
@@ -146,9 +183,10 @@ def _dyadic(value: Any, where: str) -> arb:
     """An exact ball."""
     if value == "0x0p0":
         return arb(0)
-    sign, digits, exponent = matched(value, DYADIC, where).groups()
-    good = digits[-1] in "13579bdf" and str(int(exponent)) == exponent
-    expect(good, where, value, "an odd mantissa, a plain exponent")
+    sign, digits, exponent = _matched(value, DYADIC, where).groups()
+    _expect(
+        digits[-1] in "13579bdf" and str(int(exponent)) == exponent, where, value, "an odd mantissa, a plain exponent"
+    )
     return arb((int(sign + digits, 16), int(exponent)))
 
 

@@ -16,29 +16,30 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
-from flint import arb, arb_poly
+from flint import arb, arb_poly, arb_series
 
 from conformance.theory.scenario import PARAMETERS, Scenario
 from conformance.truth.certificate import straight_line
 from conformance.truth.deviation import (
+    Deviation,
     Floats,
     Line,
     NotProven,
     Objects,
-    Spread,
-    about,
     abs_upper,
     advance,
-    at,
+    constant,
     exactly,
-    frame,
-    middles,
+    jumped,
     objects,
     polynomial,
+    polynomials,
+    product,
     rates,
     rational,
     rows,
     series,
+    unit,
 )
 from conformance.truth.enclosure import ProofEnded
 from conformance.truth.exact import COLUMNS, Gains, Sensitivity
@@ -65,7 +66,7 @@ class Piece(NamedTuple):
     width: Fraction
     polynomial: Floats
     radius: Floats
-    slopes: Objects  # (2, outputs, 3): field, z, V and dissipation, with respect to the states
+    slopes: Objects  # pairs (outputs, 3, 2): field, z, V and dissipation, with respect to the states
 
 
 @dataclass
@@ -75,7 +76,7 @@ class Walk:
     time: Fraction
     x: list[arb]
     S: Floats
-    e: Spread
+    e: Deviation
 
 
 class Field(NamedTuple):
@@ -83,7 +84,7 @@ class Field(NamedTuple):
 
     free: list[Line]  # whose states are x and p
     rhs: list[int]
-    values: list[arb]  # of p
+    values: list[Objects]  # of p
     known: list[Line]
     outputs: list[int]  # field, z, V and dissipation
 
@@ -95,7 +96,7 @@ class Field(NamedTuple):
         outputs = [e.xreplace(numbers) for e in (*loop.rhs, *loop.z, loop.V, loop.dissipation)]
         named = [(name, e.xreplace(numbers)) for name, e in loop.definitions]
         known = compile_program(loop.time, loop.states, outputs, named)
-        values = [rational(getattr(scenario, name)) for name in PARAMETERS]
+        values = [constant(rational(getattr(scenario, name))) for name in PARAMETERS]
         return cls(*straight_line(free), values, *straight_line(known))
 
 
@@ -104,14 +105,12 @@ def pieces(scenario: Scenario) -> Iterator[Piece]:
     flow = problem(scenario)
     point = compile_program(flow.time, flow.states, flow.rhs, flow.definitions)
     n = len(flow.states)
-    with series(BITS, ORDER):
+    with series(BITS, ORDER + 1):
         field = Field.of(scenario)
         starts = flow.start_balls()
         S = np.hstack([np.zeros((n, len(PARAMETERS))), np.eye(n)])
-        jumps = np.zeros((n, 1 + len(COLUMNS))).astype(object)
-        jumps[:, 0] = [abs_upper(v - v.mid()) for v in starts]
-        e = Spread(np.zeros((n, 1)).astype(object), 0 * jumps[0], jumps)
-        walk = Walk(Fraction(0), [v.mid() for v in starts], S, e)
+        off = objects((n, 1 + len(COLUMNS)), lambda i, j: arb(0) if j else abs_upper(starts[i] - starts[i].mid()))
+        walk = Walk(Fraction(0), [v.mid() for v in starts], S, Deviation(unit(n), off))
         width = Fraction(1)
         while walk.time < flow.end:
             taylor = coefficients(point, rational(walk.time), walk.x, ORDER)
@@ -134,49 +133,68 @@ def _width(path: list[list[arb]]) -> Fraction:
 
 def _piece(field: Field, path: list[list[arb]], walk: Walk, width: Fraction) -> Piece | None:
     """One step of this width, and the walk at its end; None, and the walk as before, where it is too wide."""
-    n, h = len(path), rational(width)
-    s = about(arb(0), h)
-    t, x = polynomial([rational(walk.time), arb(1)], s), [polynomial(p, s) for p in path]
-    f = rows(field.known, field.outputs[:n], t, x)
-    values = [polynomial([value], s) for value in field.values]
-    G = rows(field.free, field.rhs, t, [*_within(path, CLOSE, s), *values], derive=True)[:, :, 1:]
-    J = G[:, :, :n]
-    f_p = np.concatenate([G[:, :, n:], 0 * J], axis=2)
+    n, h, zero = len(path), rational(width), arb(0)
+    t = polynomial([rational(walk.time), arb(1)], zero, h)
+    f = rows(field.known, field.outputs[:n], t, [polynomial(p, zero, h) for p in path])
+    tube = [*(polynomial(p, zero, h, CLOSE) for p in path), *field.values]
+    G = _slopes(rows(field.free, field.rhs, t, tube, derive=True), len(tube))
+    J, f_p = G[:, :n], np.concatenate([G[:, n:], _zeros(n, n)], axis=1)
     S = _taylor(J, f_p, walk.S)
-    rising = exactly(S)
-    d_x = np.stack([polynomial(rates(p), s) for p in path], axis=1)[:, :, None] - f
-    d = np.concatenate([d_x, polynomial(rates(rising), s) - J @ polynomial(rising, s) - f_p], axis=2)
+    rising = exactly(S.transpose(1, 2, 0))
+    values, slopes = (polynomials(c, h) for c in (rising, rates(rising)))
+    exact = [polynomial(rates(np.array(p, dtype=object)), zero, h) for p in path]
+    d_x = np.stack([[p - value] for p, (value, _) in zip(exact, f, strict=True)])
+    d = np.concatenate([d_x, slopes - product(J, values) - f_p], axis=1)
     try:
-        bound, e = advance(h, J, d, frame(walk.e, np.ones(n)))
+        off, e = advance(h, J, d, (ORDER, ORDER), walk.e, np.ones(n))
     except NotProven:
         return None
-    if not all(close < CLOSE for close in bound[:, 0]):
+    if not all(bound < CLOSE for bound in off[:, 0]):
         return None
-    end, S_end = objects(at(p, h) for p in path), at(rising, h)
-    x_kept, S_kept = objects(v.mid() for v in end), S_end.astype(float)
-    jumps = np.column_stack([end - x_kept, S_end - exactly(S_kept)])
-    with series(BITS, GAIN_ORDER):
-        s = about(arb(0), h)
-        t = polynomial([rational(walk.time), arb(1)], s)
-        gains = rows(field.known, field.outputs, t, _within(path, TUBE, s), derive=True)[:, :, 1:]
-    piece = Piece(walk.time, width, S, bound[:, 1:].astype(float) * ABOVE, gains)
-    walk.time, walk.x, walk.S = walk.time + width, list(x_kept), S_kept
-    walk.e = e._replace(jumps=np.asarray(np.frompyfunc(abs_upper, 1, 1)(jumps)))
+    ends: Any = objects((n, 1 + S.shape[2]), lambda i, j: arb_poly(list(rising[i, j - 1]) if j else path[i])(h))
+    kept: Any = objects(ends.shape, lambda i, j: arb(float(ends[i, j].mid())) if j else ends[i, j].mid())
+    radius = np.array([[float(c) * ABOVE for c in row[1:]] for row in off])
+    with series(BITS, GAIN_ORDER + 1):
+        tube = [polynomial(p, zero, h, TUBE) for p in path]
+        gains = _slopes(rows(field.known, field.outputs, t, tube, derive=True), n)
+    piece = Piece(walk.time, width, S, radius, gains)
+    walk.time, walk.x = walk.time + width, list(kept[:, 0])
+    walk.S, walk.e = (
+        kept[:, 1:].astype(float),
+        jumped(e, objects(ends.shape, lambda i, j: abs_upper(ends[i, j] - kept[i, j]))),
+    )
     return piece
 
 
-def _within(path: list[list[arb]], radius: float, s: tuple[arb_poly, arb_poly]) -> list[Objects]:
-    """The functions within a radius of the polynomials."""
-    return [polynomial([p[0] + arb(0, radius), *p[1:]], s) for p in path]
+def _zeros(*shape: int) -> Objects:
+    return objects((*shape, 2), lambda *_: arb_series([0]))
+
+
+def _slopes(found: list[tuple[Objects, dict[int, Objects]]], states: int) -> Objects:
+    """The derivatives as a matrix of functions."""
+    matrix = _zeros(len(found), states)
+    for i, (_, slope) in enumerate(found):
+        for j, value in slope.items():
+            matrix[i, j] = value
+    return matrix
 
 
 def _taylor(J: Objects, f_p: Objects, start: Floats) -> Floats:
     """Taylor coefficients of S, (ORDER, rows, columns), in doubles."""
-    A, b = (middles(part, ORDER) for part in (J, f_p))
+    A, b = (_middles(part, ORDER) for part in (J, f_p))
     S = [start]
     for k in range(1, ORDER):
         S.append((sum(A[i] @ S[k - 1 - i] for i in range(k)) + b[k - 1]) / k)
     return np.array(S)
+
+
+def _middles(pairs: Objects, order: int) -> Floats:
+    """The coefficients at the start of the step, as doubles, (order, ..)."""
+    found = np.zeros((order, *pairs.shape[:-1]))
+    for index in np.ndindex(*pairs.shape[:-1]):
+        known = pairs[index][0].coeffs()[:order]
+        found[(slice(len(known)), *index)] = [float(c.mid()) for c in known]
+    return found
 
 
 # ---- As arrays, and the gains ----
@@ -209,17 +227,19 @@ def _extent(piece: Piece) -> tuple[Floats, Floats]:
     Between samples a distance D apart, a function rises above the line through them by at most D^2/8 sup|f''|.
     """
     h, k = float(piece.width), np.arange(GAIN_ORDER)
-    middle = middles(piece.slopes, GAIN_ORDER) * h ** k[:, None, None]
+    middle = _middles(piece.slopes, GAIN_ORDER) * h ** k[:, None, None]
     s = np.linspace(0, 1, SAMPLES + 1)
     sampled = np.abs(np.einsum("ks,kij->sij", s ** k[:, None], middle))
     above = np.einsum("k,kij->ij", k * (k - 1) / (8 * SAMPLES**2) + ROUNDING, np.abs(middle))
-    above += np.frompyfunc(lambda first, over: _spread(first, over, h), 2, 1)(*piece.slopes).astype(float)
+    with series(BITS, GAIN_ORDER + 1):
+        above += np.array([[_spread(pair, h) for pair in row] for row in piece.slopes])
     trapezoid = (sampled[:-1] + sampled[1:]).mean(axis=0) / 2
     return (sampled.max(axis=0) + above) * ABOVE, h * (trapezoid + above) * ABOVE
 
 
-def _spread(first: Any, over: Any, h: float) -> float:
+def _spread(pair: Objects, h: float) -> float:
     """How far a function may be from the polynomial of its middles: their radii, and Lagrange's remainder."""
-    with series(BITS, GAIN_ORDER):
-        radii = sum((first[k].rad() * arb(h) ** k for k in range(GAIN_ORDER)), arb(0))
-        return float((radii + over[GAIN_ORDER] * arb(h) ** GAIN_ORDER).abs_upper()) * ABOVE
+    at, over = (list(one.coeffs()) for one in pair)
+    radii = sum((c.rad() * arb(h) ** k for k, c in enumerate(at[:GAIN_ORDER])), arb(0))
+    last = over[GAIN_ORDER] * arb(h) ** GAIN_ORDER if len(over) > GAIN_ORDER else arb(0)
+    return float((radii + last).abs_upper()) * ABOVE
