@@ -64,8 +64,8 @@ def compile_command(port: Port) -> list[str]:
 
 
 def as_a_user() -> dict[str, str]:
-    """The environment for a make of its own: without PORTS and the flags of a make that runs this."""
-    inherited = ("PORTS", "MAKEFLAGS", "MFLAGS", "MAKELEVEL")
+    """The environment for a make of its own: without PORTS and what a make that runs this has set."""
+    inherited = ("PORTS", "MAKEFLAGS", "MFLAGS", "MAKELEVEL", "ALONE")
     return {name: value for name, value in os.environ.items() if name not in inherited}
 
 
