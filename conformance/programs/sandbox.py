@@ -23,13 +23,15 @@ def works() -> bool:
 def boxed(engine: Engine, command: Sequence[str], build: Path) -> tuple[list[str], str]:
     """The command, to be run in `build`, and the sandbox that it now runs in: "" where there is none.
 
-    What a program keeps in its home and among temporary files comes into build/<port>/home. Proprietary engines run
-    outside: they may need the network, or their user's home, for their licences.
+    What a program keeps in its home comes into build/<port>/home; temporary files into memory that ends with it, at a
+    path without a space, which not every engine bears. Proprietary engines run outside: they may need the network, or
+    their user's home, for their licences.
     """
     if engine.proprietary or not works():
         return list(command), ""
     home = build.resolve() / "home"
     home.mkdir(parents=True, exist_ok=True)
     places = ["--bind", str(build.resolve()), str(build.resolve()), "--chdir", str(build.resolve())]
-    settings = [word for name in ("HOME", "TMPDIR", "XDG_CACHE_HOME") for word in ("--setenv", name, str(home))]
+    homes = {"HOME": str(home), "XDG_CACHE_HOME": str(home), "TMPDIR": "/dev/shm"}
+    settings = [word for name, value in homes.items() for word in ("--setenv", name, value)]
     return [*BOX, *FRESH, *places, *settings, "--", *command], NAME

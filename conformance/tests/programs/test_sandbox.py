@@ -67,3 +67,11 @@ def test_where_there_is_none_it_is_said(copy_of_the_tree: Callable[..., Path], t
 
 def test_a_proprietary_engine_runs_outside(tmp_path: Path) -> None:
     assert boxed(replace(ENGINE, proprietary=True), ["true"], tmp_path) == (["true"], "")
+
+
+@in_a_box
+def test_temporary_files_have_a_path_without_a_space(tmp_path: Path) -> None:
+    build = tmp_path / "a copy" / "build" / "matlab"  # GNU Octave cannot print a figure by way of a path with one
+    build.mkdir(parents=True)
+    answer = in_box(build, 'echo some >"$TMPDIR/some" && echo "$TMPDIR"')
+    assert answer.returncode == 0 and " " not in answer.stdout, answer.stderr
