@@ -44,7 +44,7 @@ from conformance.truth.exact import exact
 
 HERE = Path(__file__).parent
 UPLOT = ROOT / ".venv" / "page" / "node_modules" / "uplot"
-COLOURS = 8  # in style.css
+COLOURS = 8  # in frame.css
 PAGE = ROOT / "build" / "report" / "index.html"
 
 

@@ -111,7 +111,7 @@ def test_contrast_is_that_of_the_standard() -> None:
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_colours_of_the_code_stand_out(scheme: str, html: str) -> None:
     """On the background of the code, which axe is not asked about for want of time."""
-    css = (HERE / "static" / "style.css").read_text()
+    css = (HERE / "static" / "frame.css").read_text()
     light, dark = re.findall(r"--raised: (#\w+);", css)
     background = {"light": light, "dark": dark}[scheme]
     first, _, second = highlighting().partition("@media")
