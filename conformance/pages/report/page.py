@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from latex2mathml.converter import convert
 from markupsafe import Markup
 
 from conformance.atomic import write_atomically
@@ -35,6 +34,7 @@ from conformance.pages.report.equations import equations
 from conformance.pages.report.exercises import kill_matrix, shown
 from conformance.pages.report.listing import highlighted, highlighted_lines, highlighting, listing
 from conformance.pages.report.playground import PROGRAM, SLIDERS, mistakes, presets, program_text
+from conformance.pages.report.typesetting import MODULES, Typesetter, type_css, version_of
 from conformance.programs.ports import ROOT, Port
 from conformance.programs.sources import STEPS
 from conformance.programs.table import engine_and_version
@@ -43,7 +43,6 @@ from conformance.trials.variant import Variant, read_variants
 from conformance.truth.exact import exact
 
 HERE = Path(__file__).parent
-UPLOT = ROOT / ".venv" / "page" / "node_modules" / "uplot"
 COLOURS = 8  # in frame.css
 PAGE = ROOT / "build" / "report" / "index.html"
 
@@ -92,11 +91,11 @@ def page(ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = L
     exercises = [shown(variant, ports.values()) for variant in variants.values()]
     wrong = mistakes(variants.values())
     environment = Environment(
-        loader=FileSystemLoader([HERE / "templates", HERE / "static", UPLOT / "dist"]),
+        loader=FileSystemLoader([HERE / "templates", HERE / "static", MODULES / "uplot" / "dist"]),
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    environment.filters["math"] = mathml
-    return environment.get_template("page.html").render(
+    typesetter = environment.filters["math"] = Typesetter()
+    html = environment.get_template("page.html").render(
         raw=raw(environment),
         headline=headline(list(verdicts.values())),
         conforms=all(verdict.conforms for verdict in verdicts.values()),
@@ -122,10 +121,12 @@ def page(ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = L
         highlighting=Markup(highlighting()),
         drawn=[verdict.name for verdict in verdicts.values() if verdict.trajectory],
         horizon=f"{float(scenario.horizon):g}",
-        uplot=uplot_version(),
+        faces=type_css(),
+        libraries={name: version_of(name.lower()) for name in ("uPlot", "KaTeX")},
         data=Markup(embedded(data(verdicts.values(), scenario))),
         exercise_data=Markup(embedded({exercise.variant.name: exercise.curves for exercise in exercises})),
     )
+    return typesetter.filled(html)
 
 
 def raw(environment: Environment) -> Any:
@@ -139,20 +140,6 @@ def raw(environment: Environment) -> Any:
         return Markup(text)
 
     return read
-
-
-def mathml(latex: str, display: str = "block") -> Markup:
-    """LaTeX as MathML."""
-    return Markup(convert(latex, display=display))
-
-
-def uplot_version() -> str:
-    """The library that draws the curves, and its version; raises ValueError where it is not installed."""
-    try:
-        facts = json.loads((UPLOT / "package.json").read_text())
-    except OSError:
-        raise ValueError("uPlot is not installed; type: make report") from None
-    return f"uPlot {facts['version']}"
 
 
 def commit() -> str:

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from latex2mathml.converter import convert
 
 from conformance.programs.ports import ROOT
 from conformance.theory import derivation as derivations
@@ -20,7 +19,6 @@ from conformance.theory.derivation import (
     letter,
     to_json,
     to_latex,
-    to_markdown,
     to_text,
 )
 from conformance.theory.experiment_file import read_experiment
@@ -100,10 +98,8 @@ def test_the_json_holds_the_equations_as_expressions_that_can_be_read(name: str)
 
 
 @pytest.mark.parametrize("name", ["problem_1c", "motor_arm", "moore_greitzer", "chain_4"])
-def test_the_latex_is_read_by_a_reader_of_latex(name: str) -> None:
+def test_the_latex_is_balanced(name: str) -> None:
     given = of(name)
-    for formula in re.findall(r"\$\$(.*?)\$\$", to_markdown(given), re.DOTALL):
-        assert convert(formula).startswith("<math")
     body = to_latex(given)
     assert body.count("{") == body.count("}") and body.count("\\left(") == body.count("\\right)")
     assert body.count("\\begin{align*}") == len(given.parts) == body.count("\\end{align*}")

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""Equations and type: LaTeX typeset by KaTeX, one run for the whole page, and the faces that the page embeds."""
+
+import base64
+import json
+import re
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+from markupsafe import Markup
+
+from conformance.programs.ports import ROOT
+
+INSTALLED = ROOT / ".venv" / "page"
+MODULES = INSTALLED / "node_modules"
+NODE = ROOT / ".venv" / "bin" / "node"
+SCRIPT = Path(__file__).with_name("typeset.cjs")
+KATEX_FACES = ("Main-Regular", "Math-Italic", "Size1-Regular", "Size2-Regular", "Size3-Regular", "Size4-Regular")
+FACES = {"Serif": "source-serif-4", "Sans": "inter", "Mono": "source-code-pro"}  # the Latin of each, of every weight
+MARK = "\N{OBJECT REPLACEMENT CHARACTER}{}\N{OBJECT REPLACEMENT CHARACTER}"  # where an equation will stand
+
+
+class Typesetter:
+    """Equations that are asked for one by one, and typeset all at once."""
+
+    def __init__(self) -> None:
+        self.asked: dict[tuple[str, str], int] = {}
+
+    def __call__(self, latex: str, display: str = "block") -> Markup:
+        """A mark for an equation, "block" or "inline", which `filled` replaces."""
+        return Markup(MARK.format(self.asked.setdefault((latex, display), len(self.asked))))
+
+    def filled(self, html: str) -> str:
+        """A text with the equations in the place of their marks, as HTML for the eye and MathML for readers.
+
+        Raises ValueError where KaTeX is not installed, or refuses an equation.
+        """
+        equations = typeset(list(self.asked))
+        return re.sub(MARK.format(r"(\d+)"), lambda mark: equations[int(mark[1])], html)
+
+
+def typeset(equations: list[tuple[str, str]]) -> list[str]:
+    """The HTML of equations, each LaTeX and "block" or "inline"; raises ValueError as `Typesetter.filled` does."""
+    version_of("katex")
+    done = subprocess.run([NODE, SCRIPT], cwd=INSTALLED, input=json.dumps(equations), capture_output=True, text=True)
+    if done.returncode:
+        raise ValueError(f"KaTeX: {done.stderr.strip()}")
+    found: list[str] = json.loads(done.stdout)
+    return found
+
+
+def version_of(package: str) -> str:
+    """The version of a package that the page embeds; raises ValueError where it is not installed."""
+    try:
+        return str(json.loads((MODULES / package / "package.json").read_text())["version"])
+    except OSError:
+        raise ValueError(f"{package} is not installed; type: make report") from None
+
+
+def type_css() -> Markup:
+    """The faces of the page and the style of equations, as one style sheet that asks for no file."""
+    return Markup("\n".join([*_text_faces(), _katex_css()]))
+
+
+def _text_faces() -> Iterator[str]:
+    for family, package in FACES.items():
+        version_of(f"@fontsource-variable/{package}")
+        file = MODULES / "@fontsource-variable" / package / "files" / f"{package}-latin-wght-normal.woff2"
+        yield (
+            f'@font-face {{ font-family: "Page {family}"; font-style: normal; font-weight: 200 900; '
+            f"font-display: swap; src: {_embedded(file)}; }}"
+        )
+
+
+def _katex_css() -> str:
+    """KaTeX's own style, with the faces that the page's equations use, embedded."""
+    dist = MODULES / "katex" / "dist"
+
+    def face(found: re.Match[str]) -> str:
+        name = re.search(r"fonts/KaTeX_([\w-]+)\.woff2", found[0])
+        if name is None or name[1] not in KATEX_FACES:
+            return ""
+        return re.sub("src:[^}]*", f"src:{_embedded(dist / 'fonts' / f'KaTeX_{name[1]}.woff2')}", found[0])
+
+    return re.sub(r"@font-face\{[^}]*\}", face, (dist / "katex.min.css").read_text())
+
+
+def _embedded(file: Path) -> str:
+    return f'url(data:font/woff2;base64,{base64.b64encode(file.read_bytes()).decode()}) format("woff2")'
