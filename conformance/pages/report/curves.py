@@ -8,7 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from conformance.judging.trajectory import STATES, Array, Trajectory
+from conformance.judging.measured import interpolate
+from conformance.judging.trajectory import COARSEST, Array, Trajectory
 from conformance.truth.exact import Exact
 
 GRID = np.concatenate([np.linspace(0, 0.2, 400, endpoint=False), np.linspace(0.2, 1, 601)])  # shares of the horizon
@@ -49,12 +50,11 @@ ERROR_PANELS = (
 
 
 def signals(exact: Exact, t: Array, states: Array) -> dict[str, Array]:
-    """Every signal of PANELS by name, from times, shape (rows,), and states, shape (3, rows)."""
-    z1, z2 = exact.errors(t, states)
+    """Every signal of PANELS by name, from times, shape (rows,), and states and estimates, shape (m, rows)."""
+    errors = {f"z{i}": z for i, z in enumerate(exact.errors(t, states), 1)}
     return {
-        **dict(zip(STATES, states, strict=True)),
-        "z1": z1,
-        "z2": z2,
+        **dict(zip(exact.setting.names, states, strict=True)),
+        **errors,
         "u": exact.control(t, states),
         "V": exact.lyapunov(t, states),
         "V_dot": -exact.dissipation(t, states)[0],
@@ -62,23 +62,28 @@ def signals(exact: Exact, t: Array, states: Array) -> dict[str, Array]:
 
 
 def curves(exact: Exact, trajectory: Trajectory) -> dict[str, Array]:
-    """The signals on the grid, on straight lines between rows; of the errors the largest in each interval of the grid.
+    """The signals on the grid, interpolated as the harness does; of the errors the largest in each interval of it.
 
-    An interval without a row gives NaN.
+    Where the program has no row, or its rows stand so far apart that exact ones would be missed by more than COARSEST,
+    there is NaN: the page shows no figure that is not known.
     """
     t, states = trajectory.t, trajectory.states
-    grid = GRID * float(exact.scenario.horizon)
-    off = np.abs(states - exact.evaluate(t))
+    grid = GRID * exact.setting.horizon
+    truth = exact.evaluate(t)
     edges = [*np.searchsorted(t, grid), t.size]
-    largest = [off[:, i:j].max(axis=1) if j > i else np.full(len(STATES), np.nan) for i, j in pairwise(edges)]
-    with np.errstate(over="ignore", invalid="ignore"):  # a program that failed may have left anything
-        drawn = {name: np.interp(grid, t, values) for name, values in signals(exact, t, states).items()}
-    return drawn | {f"error_{name}": row for name, row in zip(STATES, np.transpose(largest), strict=True)}
+    with np.errstate(all="ignore"):  # a program that failed may have left anything
+        between = interpolate(trajectory, exact, grid)
+        missed = np.abs(interpolate(trajectory, exact, grid, truth) - exact.evaluate(grid)) / exact.units[:, None]
+        between[:, (grid > t[-1]) | ~(missed.max(axis=0) <= COARSEST)] = np.nan
+        off = np.abs(states - truth)
+        largest = [off[:, i:j].max(axis=1) if j > i else np.full(len(off), np.nan) for i, j in pairwise(edges)]
+        drawn = signals(exact, grid, between)
+    return drawn | {f"error_{name}": row for name, row in zip(exact.setting.names, np.transpose(largest), strict=True)}
 
 
 def exact_curves(exact: Exact) -> dict[str, Array]:
     """The signals of the exact solution on the grid, and the reference."""
-    grid = GRID * float(exact.scenario.horizon)
+    grid = GRID * exact.setting.horizon
     return {**signals(exact, grid, exact.evaluate(grid)), "reference": exact.reference(grid)}
 
 

@@ -12,11 +12,13 @@ import sympy as sp
 from sympy.parsing.sympy_parser import implicit_multiplication, parse_expr, standard_transformations
 
 from conformance.judging.checks import Result
+from conformance.judging.trajectory import STATES
 from conformance.pages.report.curves import GRID, curves
 from conformance.pages.report.equations import EQUATIONS
 from conformance.pages.report.listing import highlighted, highlighting
 from conformance.pages.report.page import HERE, cell, outcome, raw
 from conformance.pages.report.playground import PROGRAM, mistakes, program_text
+from conformance.programs.ports import Port
 from conformance.programs.sources import STEPS, cut, source, statements
 from conformance.tests.under_test import FIRST, PORTS, trajectory_of
 from conformance.theory.scenario import LESSON
@@ -68,6 +70,26 @@ def test_cell_is_the_darker_the_nearer_to_its_bound(figure: float, status: str, 
     assert (found.status, found.weight) == (status, weight)
 
 
+def test_value_at_the_pointer_is_off_by_no_more_than_the_program(port: Port) -> None:
+    """Between rows too, where a straight line is off by 1e-3."""
+    trajectory, solution = trajectory_of(port), exact(LESSON)
+    drawn, grid = curves(solution, trajectory), GRID * float(LESSON.horizon)
+    error = np.abs(trajectory.states - solution.evaluate(trajectory.t)).max(axis=1)
+    for name, largest, true in zip(STATES, error, solution.evaluate(grid), strict=True):
+        assert np.abs(drawn[name] - true).max() <= 1.5 * largest
+
+
+def test_rows_too_far_apart_leave_a_gap() -> None:
+    trajectory = trajectory_of(next(iter(PORTS.values())))
+    few = np.isin(np.arange(trajectory.t.size), [*range(100), *range(100, trajectory.t.size, 400)])
+    t, states, r, error = (
+        a[..., few] for a in (trajectory.t, trajectory.states, trajectory.reference, trajectory.tracking_error)
+    )
+    drawn = curves(exact(LESSON), replace(trajectory, t=t, states=states, reference=r, tracking_error=error))
+    known = np.isfinite(drawn["x1"])
+    assert 0.1 < known.mean() < 0.9 and (np.isfinite(drawn["V"]) == known).all()
+
+
 def test_thinned_errors_keep_the_largest() -> None:
     trajectory = trajectory_of(next(iter(PORTS.values())))
     states = trajectory.states.copy()
@@ -83,7 +105,8 @@ def test_rows_that_are_missing_leave_a_gap() -> None:
         a[..., early] for a in (trajectory.t, trajectory.states, trajectory.reference, trajectory.tracking_error)
     )
     cut_off = replace(trajectory, t=t, states=states, reference=r, tracking_error=error)
-    assert np.isnan(curves(exact(LESSON), cut_off)["error_x1"][GRID > 0.51]).all()
+    drawn = curves(exact(LESSON), cut_off)
+    assert all(np.isnan(drawn[name][GRID > 0.51]).all() for name in ("error_x1", "x1", "V"))
 
 
 # ---- Code ----
