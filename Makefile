@@ -1,5 +1,6 @@
 # Chapter 17, Lesson 1, in six forms: build and run them all, then judge them.
 # Each language folder brings its own rules (<folder>/port.mk) and facts (<folder>/port.toml).
+# With PLANT=FILE.toml the programs are those written for it: they and all that is made of them lie in build/<name>.
 
 # ---- Settings ----
 
@@ -12,18 +13,41 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
 PYTHON := .venv/bin/python
 RUN := $(PYTHON) -B -m conformance.programs.run
 
+ifneq ($(word 2,$(PLANT)),)
+$(error PLANT: found a path with a space in it, "$(PLANT)", expected one that make can read)
+endif
+ifdef PLANT
+NAME_IN_FILE := import re, sys, tomllib; name = tomllib.load(open(sys.argv[1], "rb"))["name"]; \
+    print(*re.findall("^[A-Za-z][A-Za-z0-9_]*$$", name))
+PLANT_NAME := $(or $(shell python3 -c '$(NAME_IN_FILE)' '$(PLANT)' 2>/dev/null),unnamed)
+endif
+STEM := $(or $(PLANT_NAME),Chapter17_Lesson1)
+BUILD := build$(PLANT_NAME:%=/%)
+FROM := $(PLANT_NAME:%=build/%/programs/)
+WRITTEN := $(PLANT:%=$(FROM)written)
+OF_PLANT := $(PLANT:%=--plant '%')
+GALLERY := $(patsubst plants/%.toml,gallery/%,$(sort $(wildcard plants/*.toml)))
+
 include $(sort $(wildcard */port.mk))
 
-TARGETS := all bench check clean distclean environment help mutants ports readme report system write
-KEPT := build campaign every guests truth variants
+TARGETS := all bench check check-gallery clean distclean environment help mutants ports readme report system write
+KEPT := badges build campaign every guests truth unnamed variants
 ifneq ($(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)),)
 $(error a port cannot be called $(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)): make and the harness use that name)
 endif
 
+ifneq ($(filter-out unnamed,$(filter $(TARGETS) $(KEPT) $(KNOWN_PORTS),$(PLANT_NAME))),)
+$(error a plant cannot be called $(PLANT_NAME): build/ has that name for something else)
+endif
+
+TEMPLATES := $(foreach port,$(KNOWN_PORTS),$(if $(wildcard $(FOLDER.$(port))/*.jinja),$(port)))
 PORTS ?= $(KNOWN_PORTS)
 UNKNOWN_PORTS := $(filter-out $(KNOWN_PORTS),$(PORTS))
 ifneq ($(UNKNOWN_PORTS),)
 $(error PORTS: no port is called $(UNKNOWN_PORTS); the ports are $(KNOWN_PORTS))
+endif
+ifneq ($(PLANT_NAME),)
+override PORTS := $(filter $(TEMPLATES),$(PORTS))
 endif
 export PORTS
 
@@ -41,18 +65,27 @@ else
 
 .PHONY: $(TARGETS)
 help:  ## this list
-	@sed -n 's/^\([a-z]*\):.*## /  make \1: /p' $(MAKEFILE_LIST) | sort
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1: /p' $(MAKEFILE_LIST) | sort
 	@echo '  make PORT: one of $(KNOWN_PORTS)'
 	@echo '  make all PORTS="python cpp": these alone; the same for check'
+	@echo '  make all PLANT=plants/problem_1c.toml: the programs written for this plant; the same for check and mutants'
 
-all:  ## set up, build and run every program, and end with a table
+all: $(WRITTEN)  ## set up, build and run every program, and end with a table
 	@status=0; $(MAKE) ports || status=$$?; \
-	if [ -x $(PYTHON) ]; then $(PYTHON) -m conformance table; fi; exit $$status
+	if [ -x $(PYTHON) ]; then $(PYTHON) -m conformance table $(OF_PLANT); fi; exit $$status
 
-check:  ## bring all up to date, judge every result, and write the page
+check: $(WRITTEN)  ## bring all up to date, judge every result, and write the page
 	@$(MAKE) --keep-going all || echo 'check: not every program ran; the verdict counts them' >&2
+ifdef PLANT
+	@$(PYTHON) -m conformance check $(OF_PLANT)
+else
 	@$(MAKE) .venv/page/installed
 	$(PYTHON) -m pytest -n logical --dist loadfile --no-loadscope-reorder --junitxml=build/junit.xml conformance
+endif
+
+check-gallery: environment  ## write, build, run and judge the programs of every plant in plants/ (minutes at first)
+	@$(MAKE) --keep-going $(GALLERY) || echo 'check-gallery: not every program ran; the verdicts count them' >&2
+	@$(PYTHON) -m conformance check --plant plants/*.toml
 
 report: environment .venv/page/installed  ## write the page on what the programs left: build/report/index.html
 	@$(PYTHON) -m conformance report
@@ -64,7 +97,7 @@ readme: all  ## bring the README's table and picture up to date
 	@$(PYTHON) -m conformance readme
 
 mutants: all  ## change each operator and number of every program in turn: do the checks notice? (minutes)
-	$(PYTHON) -m conformance mutants
+	$(PYTHON) -m conformance mutants $(OF_PLANT)
 
 bench: environment .venv/bench .venv/page/installed  ## measure how long things take
 	$(PYTHON) -m conformance.bench
@@ -105,11 +138,23 @@ environment: .venv/installed
 
 # ---- Programs ----
 
+ifdef PLANT
+$(WRITTEN): $(wildcard $(dir $(PLANT))*.toml */*.jinja */port.toml conformance/programs/*.py conformance/theory/*.py) | environment
+	@$(PYTHON) -m conformance write '$(PLANT)' --to $(@D) --force
+	@touch $@
+
+$(FROM)%: $(WRITTEN) ;
+endif
+
+.PHONY: $(GALLERY)
+$(GALLERY): gallery/%: plants/%.toml
+	@$(MAKE) ports PLANT=$<
+
 .PHONY: $(KNOWN_PORTS)
 ports: $(PORTS)
-$(KNOWN_PORTS): %: build/%/done
+$(KNOWN_PORTS): %: $(BUILD)/%/done
 
-build/%/done: conformance/programs/run.py conformance/programs/ports.py conformance/programs/sandbox.py | environment
-	$(RUN) $*
+$(BUILD)/%/done: conformance/programs/run.py conformance/programs/ports.py conformance/programs/sandbox.py | environment
+	$(RUN) $*$(PLANT_NAME:%= %)
 
 endif

@@ -99,11 +99,17 @@ def parser() -> Parser:
     """The commands and their options."""
     top = Parser(prog="conformance", description="Judge the six programs of Chapter 17, Lesson 1.")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    commands.add_parser("table", help="what ran, on which engine, and what came out (the ports of PORTS, or all)")
+    table = commands.add_parser(
+        "table", help="what ran, on which engine, and what came out (the ports of PORTS, or all)"
+    )
+    table.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
     report = commands.add_parser("report", help="write the page on what the programs left, one self-contained file")
     report.add_argument("--to", type=Path, metavar="FILE.html", help="where (default: build/report/index.html)")
     commands.add_parser("readme", help="bring the README's table and picture up to date")
     check = commands.add_parser("check", help="judge what the programs left")
+    check.add_argument(
+        "--plant", nargs="+", type=Path, metavar="FILE.toml", help="those that make wrote for these plants"
+    )
     commands.add_parser("checks", help="list every check: its id, which is stable, and what it means")
     commands.add_parser("tolerances", help="write docs/tolerances.md: what each port is held to, and why")
     validate = commands.add_parser(
@@ -279,16 +285,28 @@ def drop_output() -> None:
 
 def print_table(arguments: argparse.Namespace) -> int:
     """What ran and what came out."""
-    from conformance.programs.ports import selected_ports
+    from conformance.programs.ports import read_ports, selected_ports
     from conformance.programs.table import boxes, table
 
-    ports = selected_ports().values()
-    print(table(ports), boxes(ports), sep="\n")
+    plant = ""
+    if arguments.plant:
+        from conformance.theory.experiment_file import read_experiment
+
+        plant = read_experiment(arguments.plant).name
+    ports = selected_ports(plant=plant)
+    lacking = [port.name for port in read_ports().values() if plant and not port.template]
+    print(table(ports.values(), lacking), boxes(ports.values()), sep="\n")
     return 0
 
 
 def check(arguments: argparse.Namespace) -> int:
     """The verdicts on the programs, as a table; 0 where all conform."""
+    if arguments.plant:
+        from conformance.judging.gallery import judge_plants, told
+
+        judged = judge_plants(arguments.plant, arguments.ports, os.cpu_count() or 1)
+        show(told(judged))
+        return 0 if all(one.conforms for one in judged) else 1
     from conformance.judging.verdict import judge_all, summary, write_result
     from conformance.programs.ports import ROOT, selected_ports
     from conformance.theory.scenario import LESSON

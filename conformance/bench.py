@@ -23,7 +23,7 @@ import sympy as sp
 from conformance.judging.trajectory import load
 from conformance.judging.verdict import judge_all, judge_file
 from conformance.programs.ports import ROOT, read_ports, the_six
-from conformance.programs.run import choose_engine, compile_command, in_place
+from conformance.programs.run import choose_engine, compile_command
 from conformance.programs.table import layout
 from conformance.tests.truth import plants
 from conformance.theory.experiment_file import read_experiment
@@ -70,8 +70,8 @@ def bench_make() -> None:
                 (port.build / "bin").mkdir()
             compiled = seconds(compiler, root) if compiler else 0.0
             engine = choose_engine(port)
-            start = seconds(in_place(engine.startup), port.build) if engine.startup else 0.0
-            ran = seconds(in_place(engine.command), port.build)
+            start = seconds(port.in_place(engine.startup), port.build) if engine.startup else 0.0
+            ran = seconds(port.in_place(engine.command), port.build)
             bare += compiled + ran
             share = (compiled + min(start, ran)) / (compiled + ran)
             rows.append((port.name, f"{compiled:.2f}", f"{start:.2f}", f"{ran:.2f}", f"{share:.2f}"))

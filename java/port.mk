@@ -4,9 +4,9 @@ FOLDER.java := java
 
 JAVACFLAGS := -Xlint:all -Werror -J-XX:TieredStopAtLevel=1 -J-XX:+UseSerialGC  # -J: a compiler that starts fast
 
-build/java/bin/Chapter17_Lesson1.class: java/Chapter17_Lesson1.java java/port.mk | environment
+$(BUILD)/java/bin/$(STEM).class: $(FROM)java/$(STEM).java java/port.mk | environment
 	@$(RUN) --engine java
 	@mkdir -p $(@D)
 	javac $(JAVACFLAGS) -d $(@D) $<
 
-build/java/done: java/port.toml build/java/bin/Chapter17_Lesson1.class
+$(BUILD)/java/done: java/port.toml $(BUILD)/java/bin/$(STEM).class

@@ -2,4 +2,4 @@
 KNOWN_PORTS := mathematica $(KNOWN_PORTS)
 FOLDER.mathematica := mathematica
 
-build/mathematica/done: mathematica/port.toml $(wildcard mathematica/*.nb mathematica/*.wl mathematica/*.wls)
+$(BUILD)/mathematica/done: mathematica/port.toml $(addprefix $(FROM),mathematica/$(STEM).nb $(wildcard mathematica/*.wl mathematica/*.wls))

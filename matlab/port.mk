@@ -4,5 +4,5 @@ KNOWN_PORTS := simulink matlab $(KNOWN_PORTS)
 FOLDER.matlab := matlab
 FOLDER.simulink := matlab
 
-build/matlab/done: matlab/port.toml matlab/Chapter17_Lesson1.m matlab/octave/run_program.m
-build/simulink/done: matlab/port.toml matlab/Chapter17_Lesson1_Simulink.m $(wildcard matlab/octave/*.m)
+$(BUILD)/matlab/done: matlab/port.toml $(FROM)matlab/$(STEM).m $(FROM)matlab/octave/run_program.m
+$(BUILD)/simulink/done: matlab/port.toml $(FROM)matlab/$(STEM)_Simulink.m $(addprefix $(FROM),$(wildcard matlab/octave/*.m))

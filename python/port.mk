@@ -2,4 +2,4 @@
 KNOWN_PORTS := python $(KNOWN_PORTS)
 FOLDER.python := python
 
-build/python/done: python/port.toml python/Chapter17_Lesson1.py
+$(BUILD)/python/done: python/port.toml $(FROM)python/$(STEM).py

@@ -83,12 +83,14 @@ def rows_are_close_enough(log: Measured, tolerance: Tolerance) -> Result:
 
 
 def states_are_in_double_precision(log: Measured, tolerance: Tolerance) -> list[Result]:
-    """Each state is kept and printed with the digits of a double in three quarters of the rows, at least.
+    """Each state is kept and printed with the digits of a double in three quarters of its values, at least.
 
     No single precision, no fixed decimals on the way. It is of the ports' contract: see `digit_notes` for other files.
+    Each value counts once: that at which a state has come to rest may have few digits, and fill most of the rows.
     """
     results = []
-    for name, values in zip(log.trajectory.names, log.trajectory.states, strict=True):
+    for name, logged in zip(log.trajectory.names, log.trajectory.states, strict=True):
+        values = np.unique(logged)
         _, digits = digits_shown(values)
         printed = 0.5 * 10.0 ** (1 - digits) if digits else 0.0
         used = np.ascontiguousarray(values).view(np.int64) & MANTISSA
@@ -450,6 +452,14 @@ def checks_of(states: Sequence[str], unknown: Sequence[str], estimates: Sequence
 
 CHECKS = checks_of(STATES[:2], ("theta",), STATES[2:])  # of the lesson's plant
 OF_ANYONE = tuple(check for check in CHECKS if check.run is not states_are_in_double_precision)  # digits are no verdict
+
+
+def checks_of_programs(exact: Exact) -> tuple[Check, ...]:
+    """The checks of a program that is written for a plant: those of anyone's log, and the digits of a double."""
+    setting, anyones = exact.setting, checks_of_anyone(exact)
+    every = checks_of(setting.states, setting.unknown, setting.estimates)
+    runs = {check.run.__name__ for check in anyones} | {states_are_in_double_precision.__name__}
+    return tuple(check for check in every if check.run.__name__ in runs)
 
 
 def checks_of_anyone(exact: Exact) -> tuple[Check, ...]:

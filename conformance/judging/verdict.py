@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from conformance.judging.checks import (
     Result,
     Tolerance,
     checks_of_anyone,
+    checks_of_programs,
     contract,
     contract_of_ports,
     digit_notes,
@@ -32,16 +34,16 @@ from conformance.judging.measured import Measured
 from conformance.judging.report import read_report, report_problems
 from conformance.judging.trajectory import STATES, Trajectory, TrajectoryError, load
 from conformance.programs.ports import ROOT, Port, read_ports
-from conformance.programs.run import in_place
 from conformance.programs.table import engine_and_version, layout
 from conformance.theory.scenario import Scenario
-from conformance.truth.exact import TARGET, exact
+from conformance.truth.exact import TARGET, Exact, exact
 from conformance.truth.setting import setting_of
 
 if TYPE_CHECKING:
     from conformance.theory.experiments import Experiment
     from conformance.truth.enclosure import Progress
 
+MOST_COLUMNS = 3  # of a table's states
 STATUSES = ("pass", "fail", "error", "missing", "stale", "left out")
 
 
@@ -93,7 +95,7 @@ def judge_file(
     stdout: Path | None = None,
     tolerance: Tolerance | None = None,
     target: float = TARGET,
-    checks: Sequence[Check] | None = None,
+    checks: Sequence[Check] | Callable[[Exact], Sequence[Check]] | None = None,
     banners: bool = False,
     diagnose: bool = False,
     progress: Progress | None = None,
@@ -105,7 +107,7 @@ def judge_file(
     `diagnose`, the reason begins with the first cause, where one is found, of the lesson's plant. Raises ProofEnded
     where there is no proof, ValueError where `stdout` cannot be read.
     """
-    name = plain(path.name)
+    name, chosen = plain(path.name), checks or checks_of_anyone
     try:
         trajectory = load(path, float(experiment.horizon), setting_of(experiment).names)
     except TrajectoryError as error:
@@ -113,7 +115,7 @@ def judge_file(
     with np.errstate(all="ignore"):  # of numbers near 1e308
         log = Measured(trajectory, exact(experiment, target, progress))
         tolerance = tolerance or contract(log.exact)
-        judged = judge(log, tolerance, checks_of_anyone(log.exact) if checks is None else checks)
+        judged = judge(log, tolerance, chosen(log.exact) if callable(chosen) else chosen)
         failed = [result.claim for _, result in judged if not result.passed]
         problems = [explain(check, result) for check, result in judged if not result.passed]
         diagnose = diagnose and log.exact.is_the_lessons
@@ -130,37 +132,46 @@ def judge_file(
     return Verdict(name, status, "\n".join(problems), results=results, notes=tuple(notes), trajectory=trajectory)
 
 
-def judge_port(port: Port, scenario: Scenario, diagnose: bool = False) -> Verdict:
-    """The verdict on a port's last run, at its engine's tolerance; an error where its record or its output lack."""
+def judge_port(port: Port, scenario: Scenario | Experiment, diagnose: bool = False) -> Verdict:
+    """The verdict on a port's last run; an error where its record or its output lack.
+
+    The tolerance is its engine's, or for the program of a plant the contract's.
+    """
     try:
         return _judge_run(port, scenario, diagnose)
     except (ValueError, OSError) as error:
-        return Verdict(port.name, "error", f"{plain(error, 400)}; type: rm -r build/{port.name}; make {port.name}")
+        return Verdict(port.name, "error", f"{plain(error, 400)}; {_again(port)}")
 
 
-def _judge_run(port: Port, scenario: Scenario, diagnose: bool) -> Verdict:
+def _again(port: Port) -> str:
+    """What to type where what is there is not what a run leaves."""
+    return f"type: rm -r {port.build.relative_to(port.root)}; {port.make}"
+
+
+def _judge_run(port: Port, scenario: Scenario | Experiment, diagnose: bool) -> Verdict:
     run = port.run()
     if run is None:
         names = " or ".join(engine.name for engine in port.engines)
         there = any(engine.found(ROOT) for engine in port.engines)
         why = "it did not run" if there else f"{names} not found"
-        return Verdict(port.name, "missing", f"{why}; type: make {port.name}")
+        return Verdict(port.name, "missing", f"{why}; type: {port.make}")
     engine = engine_and_version(run)
     stand_in = any(other.proprietary for other in port.engines) and not run["proprietary"]
     if run["source_sha256"] != port.source_hash():
-        return Verdict(port.name, "stale", f"the source has changed since; type: make {port.name}", engine, stand_in)
+        return Verdict(port.name, "stale", f"the source has changed since; type: {port.make}", engine, stand_in)
     if run["exit_status"] != 0:
         return Verdict(port.name, "error", f"it ended with status {run['exit_status']}", engine, stand_in)
-    again = f"type: rm -r build/{port.name}; make {port.name}"
-    if run["command"] != in_place(port.ran_engine(run).command):
+    again = _again(port)
+    if run["command"] != port.in_place(port.ran_engine(run).command):
         reason = f"run.json tells of another command than port.toml; {again}"
         return Verdict(port.name, "stale", reason, engine, stand_in)
     if run["csv_sha256"] != port.csv_hash():
         reason = f"{port.csv.name} is not the file that the run wrote; {again}"
         return Verdict(port.name, "stale", reason, engine, stand_in)
     ran = port.ran_engine(run)
+    tolerance, checks = (None, checks_of_programs) if port.plant else (ran.tolerance, CHECKS)
     judged = judge_file(
-        port.csv, scenario, port.stdout, ran.tolerance, checks=CHECKS, banners=ran.proprietary, diagnose=diagnose
+        port.csv, scenario, port.stdout, tolerance, checks=checks, banners=ran.proprietary, diagnose=diagnose
     )
     return replace(judged, name=port.name, engine=engine, stand_in=stand_in)
 
@@ -183,26 +194,33 @@ def _with_contract(port: Port, verdict: Verdict, scenario: Scenario) -> Verdict:
     return replace(verdict, status=status, reason=reason, results=(*verdict.results, *more))
 
 
-def judge_all(selected: Mapping[str, Port], scenario: Scenario) -> Judgement:
+def judge_all(selected: Mapping[str, Port], experiment: Scenario | Experiment) -> Judgement:
     """The verdicts on every port there is: left out where not selected, failed where it disagrees with another.
 
     A port that fails by itself is compared with the others too, but does not make them fail.
     """
-    verdicts = {
-        name: _with_contract(port, judge_port(port, scenario, diagnose=True), scenario)
-        for name, port in selected.items()
-    }
+    verdicts = {name: judge_port(port, experiment, diagnose=True) for name, port in selected.items()}
     trajectories = {name: v.trajectory for name, v in verdicts.items() if v.trajectory is not None}
-    tolerances = {name: selected[name].ran_engine(selected[name].run() or {}).tolerance for name in trajectories}
-    pairs = programs_agree(trajectories, exact(scenario), tolerances)
+    solved = exact(experiment)
+    tolerances = dict.fromkeys(trajectories, contract(solved))
+    if isinstance(experiment, Scenario):
+        verdicts = {name: _with_contract(selected[name], v, experiment) for name, v in verdicts.items()}
+        tolerances = {name: selected[name].ran_engine(selected[name].run() or {}).tolerance for name in trajectories}
+    pairs = programs_agree(trajectories, solved, tolerances)
     conforming = {name for name, verdict in verdicts.items() if verdict.conforms}
     for pair, result in pairs.items():
         if not result.passed and conforming.issuperset(pair):
             for name in pair:
                 reason = f"{verdicts[name].reason}\n{result}".strip()
                 verdicts[name] = replace(verdicts[name], status="fail", reason=reason)
-    every = (verdicts.get(name, Verdict(name, "left out", "PORTS does not name it")) for name in read_ports())
+    every = (verdicts.get(name) or _left_out(port, experiment) for name, port in read_ports().items())
     return Judgement(tuple(every), pairs)
+
+
+def _left_out(port: Port, experiment: Scenario | Experiment) -> Verdict:
+    lacks = not port.template and not isinstance(experiment, Scenario)
+    why = "it has no template, and takes part in the lesson alone" if lacks else "PORTS does not name it"
+    return Verdict(port.name, "left out", why)
 
 
 # ---- Telling ----
@@ -231,12 +249,24 @@ def _named(verdict: Verdict) -> str:
 
 
 def table_rows(verdicts: Sequence[Verdict]) -> list[tuple[str, ...]]:
-    """One row per verdict: each state's largest error against the exact solution, and its share of the tolerance."""
-    head = ("port", "status", "engine and version", *(f"{state}: error, of tolerance" for state in STATES))
-    rows: list[tuple[str, ...]] = [head]
+    """One row per verdict: each state's largest error against the exact solution, and its share of the tolerance.
+
+    Of more than MOST_COLUMNS states the one with the largest share is told.
+    """
+    states = list(dict.fromkeys(state for verdict in verdicts for state in verdict.errors))
+    few = len(states) <= MOST_COLUMNS
+    heads = [f"{state}: error, of tolerance" for state in states] if few else ["largest error, of tolerance"]
+    rows: list[tuple[str, ...]] = [("port", "status", "engine and version", *heads)]
     for verdict in verdicts:
-        cells = [f"{result.figure:.1e}  {result.figure / result.bound:.2g}" for result in verdict.errors.values()]
-        rows.append((verdict.name, verdict.status, verdict.engine, *(cells or [""] * len(STATES))))
+        told = verdict.errors
+        if not few and told:
+            worst = max(told, key=lambda state: told[state].figure / told[state].bound)
+            told = {f"{worst}: ": told[worst]}
+        cells = [
+            f"{'' if few else state}{result.figure:.1e}  {result.figure / result.bound:.2g}"
+            for state, result in told.items()
+        ]
+        rows.append((verdict.name, verdict.status, verdict.engine, *(cells or [""] * len(heads))))
     return rows
 
 
@@ -292,6 +322,29 @@ def _plain(result: Result) -> dict[str, Any]:
         "bound": float(result.bound),
         "passed": result.passed,
     }
+
+
+def to_junit(judgement: Judgement, suite: str) -> str:
+    """The results as JUnit's XML: one case for each program and check, and one for each program that has none."""
+    top = ElementTree.Element("testsuites")
+    cases = ElementTree.SubElement(top, "testsuite", name=suite)
+    for verdict in judgement.verdicts:
+        named = [(r.claim, None if r.passed else str(r)) for r in verdict.results]
+        if verdict.status in ("error", "missing", "stale") or not named:
+            named = [("status", None if verdict.status == "left out" else f"{verdict.status}: {verdict.reason}")]
+        elif not verdict.conforms and all(failure is None for _, failure in named):
+            named.append(("status", f"{verdict.status}: {verdict.reason}"))
+        for claim, failure in named:
+            case = ElementTree.SubElement(cases, "testcase", classname=f"{suite}.{verdict.name}", name=claim)
+            if verdict.status == "left out":
+                ElementTree.SubElement(case, "skipped", message=verdict.reason)
+            if failure is not None:
+                ElementTree.SubElement(case, "failure", message=plain(failure, 4000))
+    for of in (top, cases):
+        of.set("tests", str(len(cases)))
+        of.set("failures", str(len([*cases.iter("failure")])))
+    ElementTree.indent(top)
+    return ElementTree.tostring(top, encoding="unicode", xml_declaration=True) + "\n"
 
 
 def write_result(judgement: Judgement, folder: Path = ROOT / "build") -> None:

@@ -10,7 +10,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ SHAPES: dict[Any, str] = {
     tuple[str, ...]: "a list of texts",
 }
 
+LESSON = "Chapter17_Lesson1"  # the stem of its programs
 SIX = ("cpp", "java", "mathematica", "matlab", "python", "simulink")  # the lesson's; any other port is a guest
 
 
@@ -91,6 +92,9 @@ class Port:
     aligned: bool = True  # whether the comments that trail statements stand below each other
     reserved: str = ""  # names that mean something in the language, apart from those that its program uses
     template: str = ""  # of the program, in its folder; a port that has none takes part in the lesson alone
+    plant: str = ""  # the name of the plant that the program is written for; "" for the lesson
+    taken: str = ""  # stems that no program can have, since what it runs on has them
+    named_by_stem: bool = False  # whether the program has its stem as a name within
     needs: tuple[str, ...] = ()  # further files of its folder that the program needs to run, as patterns
     drawing: tuple[str, ...] = ()  # the lines that draw the figure, which a variant leaves out
 
@@ -99,12 +103,22 @@ class Port:
         return self.folder / self.source
 
     @property
+    def root(self) -> Path:
+        """The top of the tree: programs of a plant lie in build/<plant>/programs/<folder> of it."""
+        return self.folder.parents[3 if self.plant else 0]
+
+    @property
     def build(self) -> Path:
-        return self.folder.parent / "build" / self.name
+        return self.root / "build" / self.plant / self.name
+
+    @property
+    def make(self) -> str:
+        """What to type to have it run."""
+        return f"make {self.name}{' PLANT=FILE.toml' * bool(self.plant)}"
 
     @property
     def csv(self) -> Path:
-        return self.build / f"Chapter17_Lesson1_{self.name}.csv"
+        return self.build / f"{self.plant or LESSON}_{self.name}.csv"
 
     @property
     def stdout(self) -> Path:
@@ -126,7 +140,7 @@ class Port:
         path = self.build / "run.json"
         if not os.path.lexists(path):
             return None
-        run, where = read_json(path), f"build/{self.name}/run.json"
+        run, where = read_json(path), str(path.relative_to(self.root))
         if not isinstance(run, dict):
             raise ValueError(f"{where}: found {kind(run)}, expected the record of a run")
         for key, kinds in RECORD.items():
@@ -143,25 +157,46 @@ class Port:
         """The engine that a record names."""
         return next(engine for engine in self.engines if engine.name == run["engine"])
 
+    def in_place(self, words: Sequence[str]) -> list[str]:
+        """A command for the build folder, from where the tree's top and the program's folder are ../.. and the like."""
+        places = {"{root}": self.root, "{folder}": self.folder}
+        for name, place in places.items():
+            words = [word.replace(name, os.path.relpath(place, self.build)) for word in words]
+        return list(words)
 
-def read_ports(root: Path = ROOT) -> dict[str, Port]:
-    """Every port of every `*/port.toml`, by name; raises ValueError where a fact lacks or is unknown."""
+
+def read_ports(root: Path = ROOT, plant: str = "") -> dict[str, Port]:
+    """Every port of every `*/port.toml`, by name; those that have a template as they are of a plant of that name.
+
+    Raises ValueError where a fact lacks or is unknown.
+    """
     ports: dict[str, Port] = {}
     for path in sorted(root.glob("*/port.toml")):
+        folder = root / "build" / plant / "programs" / path.parent.name if plant else path.parent
         try:
-            ports |= {name: _port(name, path.parent, facts) for name, facts in read_toml(path).items()}
+            facts = _with_stem(read_toml(path), plant or LESSON)
+            ports |= {name: replace(_port(name, folder, own), plant=plant) for name, own in facts.items()}
         except KeyError as error:
             raise ValueError(f"{path}: found no {error}, expected the facts that conformance new-port writes") from None
         except (TypeError, AttributeError, ValueError) as error:
             reason = str(error).removeprefix("Port.__init__() ").removeprefix("Engine.__init__() ")
             reason = reason.removeprefix("port.toml: ").removeprefix("port.toml, ")
             raise ValueError(f"{path}: {reason}; expected the facts that conformance new-port writes") from None
-    return ports
+    return {name: port for name, port in ports.items() if port.template or not plant}
 
 
 def the_six(root: Path = ROOT) -> dict[str, Port]:
     """The lesson's own ports, of which README, tolerances and exercises tell."""
     return {name: port for name, port in read_ports(root).items() if name in SIX}
+
+
+def _with_stem(facts: Any, stem: str) -> Any:
+    """The facts with the stem of the programs in the place of {stem}."""
+    if isinstance(facts, dict):
+        return {key: _with_stem(value, stem) for key, value in facts.items()}
+    if isinstance(facts, list):
+        return [_with_stem(value, stem) for value in facts]
+    return facts.replace("{stem}", stem) if isinstance(facts, str) else facts
 
 
 def _port(name: str, folder: Path, given: Any) -> Port:
@@ -212,12 +247,12 @@ def _frozen(facts: dict[str, Any]) -> dict[str, Any]:
     return {name: tuple(fact) if isinstance(fact, list) else fact for name, fact in pairs.items()}
 
 
-def selected_ports(names: Sequence[str] | None = None, root: Path = ROOT) -> dict[str, Port]:
+def selected_ports(names: Sequence[str] | None = None, root: Path = ROOT, plant: str = "") -> dict[str, Port]:
     """The ports of these names; of the environment variable PORTS where none are given; all where it is not set.
 
-    Raises ValueError for a name that is no port's.
+    Raises ValueError for a name that is no port's, or has no template to be written by for a plant.
     """
-    ports = read_ports(root)
+    ports = read_ports(root, plant)
     asked = os.environ.get("PORTS", " ".join(ports)).split() if names is None else names
     unknown = [name for name in asked if name not in ports]
     if unknown or not asked:

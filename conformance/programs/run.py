@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Run one port in build/<port>/ and record how: python -m conformance.programs.run PORT.
+"""Run one port in build/<port>/ and record how: python -m conformance.programs.run PORT [PLANT].
 
-Leaves there what the program makes, its standard output and error (stdout.txt, stderr.txt), the record run.json and,
-after a success, the empty file `done` for make. With --engine, only asks that an engine is there.
+With the name of a plant, its program, which lies in build/<plant>/programs, runs in build/<plant>/<port>/. Leaves there
+what the program makes, its standard output and error (stdout.txt, stderr.txt), the record run.json and, after a
+success, the empty file `done` for make. With --engine, only asks that an engine is there.
 """
 
 import json
@@ -37,16 +38,11 @@ def clear(folder: Path) -> None:
             path.unlink()
 
 
-def in_place(words: tuple[str, ...]) -> list[str]:
-    """A command for build/<port>/, from where the top is ../.."""
-    return [word.replace("{root}", "../..") for word in words]
-
-
-def engine_version(engine: Engine, folder: Path) -> str:
+def engine_version(engine: Engine, port: Port) -> str:
     """The first line that the version command prints; of a proprietary engine, which may print a banner, the last."""
-    command = in_place(engine.version)
+    command = port.in_place(engine.version)
     answer = subprocess.run(
-        command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE
+        command, cwd=port.build, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE
     )
     said = (answer.stdout + answer.stderr).strip()
     if answer.returncode or not said:
@@ -58,14 +54,15 @@ def compile_command(port: Port) -> list[str]:
     """The compiler's line of the Makefile, to be run at the top of a tree; nothing where nothing is compiled."""
     if not port.target:
         return []
-    make = ["make", "ALONE=yes", "--dry-run", "--always-make", f"build/{port.name}/{port.target}"]
-    answer = subprocess.run(make, cwd=port.folder.parent, env=as_a_user(), capture_output=True, text=True, check=True)
+    target = (port.build / port.target).relative_to(port.root)
+    make = ["make", "ALONE=yes", f"PLANT_NAME={port.plant}", "--dry-run", "--always-make", str(target)]
+    answer = subprocess.run(make, cwd=port.root, env=as_a_user(), capture_output=True, text=True, check=True)
     return shlex.split(answer.stdout.splitlines()[-1])
 
 
 def as_a_user() -> dict[str, str]:
     """The environment for a make of its own: without PORTS and what a make that runs this has set."""
-    inherited = ("PORTS", "MAKEFLAGS", "MFLAGS", "MAKELEVEL", "ALONE")
+    inherited = ("PORTS", "PLANT", "PLANT_NAME", "MAKEFLAGS", "MFLAGS", "MAKELEVEL", "ALONE")
     return {name: value for name, value in os.environ.items() if name not in inherited}
 
 
@@ -80,8 +77,8 @@ def run(port: Port) -> int:
     engine = choose_engine(port)
     clear(port.build)
     source_hash = port.source_hash()
-    version = engine_version(engine, port.build)
-    command = in_place(engine.command)
+    version = engine_version(engine, port)
+    command = port.in_place(engine.command)
     in_box, sandbox = boxed(engine, command, port.build)
     start, clock = datetime.now(UTC), time.perf_counter()
     with open(port.stdout, "wb") as stdout, open(port.build / "stderr.txt", "wb") as stderr:
@@ -120,10 +117,13 @@ def run(port: Port) -> int:
 
 
 if __name__ == "__main__":
-    ports = read_ports()
-    if sys.argv[-1] not in ports:
-        sys.exit(f"run: no port is called {sys.argv[-1]}; the ports are {' '.join(ports)}")
-    asked = ports[sys.argv[-1]]
+    name, *plants = (word for word in sys.argv[1:] if word != "--engine")
+    ports = read_ports(plant="".join(plants))
+    if name not in ports:
+        sys.exit(
+            f"run: no port is called {name}{' and has a template' * bool(plants)}; the ports are {' '.join(ports)}"
+        )
+    asked = ports[name]
     if "--engine" in sys.argv:
         choose_engine(asked)
     else:

@@ -12,9 +12,13 @@ HOW = "bubblewrap gives one to open engines; its package is bubblewrap"
 HEAD = ("port", "engine and version", "rows", "final tracking error", "final estimate", "seconds")
 
 
-def table(ports: Iterable[Port]) -> str:
-    """One line per port, from run.json and the CSV's last row; a port that did not run says so."""
-    return layout([HEAD, *map(row, ports)])
+def table(ports: Iterable[Port], lacking: Iterable[str] = ()) -> str:
+    """One line per port, from run.json and the CSV's last row; a port that did not run says so.
+
+    `lacking` are the names of those that have no template, of which a plant has no program.
+    """
+    without = [(name, "has no template, and takes part in the lesson alone", "", "", "", "") for name in lacking]
+    return layout([HEAD, *map(row, ports), *without])
 
 
 def boxes(ports: Iterable[Port]) -> str:
@@ -44,10 +48,12 @@ def row(port: Port) -> tuple[str, ...]:
     try:
         regular(port.csv)
         lines = port.csv.read_text(encoding="utf-8").splitlines()
-        _, _, _, theta_hat, _, error = map(float, lines[-1].split(","))
-    except (OSError, ValueError, IndexError):
+        last = dict(zip(lines[0].split(","), map(float, lines[-1].split(",")), strict=True))
+        error = last["tracking_error"]
+        estimates = ", ".join(f"{value:.10f}" for name, value in last.items() if name.endswith("_hat"))
+    except (OSError, ValueError, IndexError, KeyError):
         return (port.name, engine, "", "no CSV, or not whole", "", seconds)
-    return (port.name, engine, str(len(lines) - 1), f"{error:.3e}", f"{theta_hat:.10f}", seconds)
+    return (port.name, engine, str(len(lines) - 1), f"{error:.3e}", estimates, seconds)
 
 
 def engine_and_version(run: dict[str, Any]) -> str:

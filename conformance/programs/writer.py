@@ -16,12 +16,15 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from conformance.atomic import write_atomically
 from conformance.programs.layout import WIDTH, Line, aligned, broken, filled, listed
 from conformance.programs.ports import Port
+from conformance.programs.sources import statements
 from conformance.programs.spelling import Spelling
 from conformance.programs.step import step_of
 from conformance.theory import expressions
 from conformance.theory.derivation import letter
 from conformance.theory.experiments import INPUT, Experiment
 from conformance.theory.expressions import ONE, ZERO, Expression, names_in
+from conformance.theory.identity import prove
+from conformance.theory.reader import read
 from conformance.theory.statements import (
     CONTROLLER,
     PLANT,
@@ -39,9 +42,31 @@ ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 
 def write(experiment: Experiment, port: Port) -> str:
-    """The program of an experiment in a port's language; the port has a template."""
+    """The program of an experiment in a port's language; its statements, read back from the text, are proven.
+
+    Raises ValueError where the port has no template, or the language cannot have a program of that name.
+    """
+    if not port.template:
+        raise ValueError(f"{port.name}: found no template, expected one to write a program by; see docs/porting.md")
     program = Program(experiment, port)
-    return templates(port).get_template(port.template).render(program=program, **program.given())
+    if experiment.name in stems_taken(port) or (port.named_by_stem and experiment.name in program.spelling.common):
+        raise ValueError(
+            f'name: found "{experiment.name}", which {port.language}, or the program itself, has for something else; '
+            "choose another name"
+        )
+    text = templates(port).get_template(port.template).render(program=program, **program.given())
+    prove(experiment, read_back(program, text))
+    return text
+
+
+def read_back(program: "Program", text: str) -> list[Statement]:
+    """The statements of a program, read from its text; raises ValueError where these are others than its own."""
+    found = statements(program.port, text, program.spelling.common)
+    tagged = {name: expression for name, _, expression in (s.partition("=") for _, _, s in found)}
+    names = [s.name for s in program.statements]
+    if [name for name in tagged if name in names] != names:
+        raise ValueError(f"{program.port.name}: found {', '.join(tagged)}, expected {', '.join(names)}")
+    return [s._replace(expression=read(tagged[s.name])) for s in program.statements]
 
 
 def write_programs(experiment: Experiment, ports: Iterable[Port], folder: Path, force: bool = False) -> list[Path]:
@@ -53,11 +78,10 @@ def write_programs(experiment: Experiment, ports: Iterable[Port], folder: Path, 
     texts: dict[Path, str] = {}
     programs = []
     for port in ports:
-        if not port.template:
-            raise ValueError(f"{port.name}: found no template, expected one to write a program by; see docs/porting.md")
         to = folder / port.folder.name
+        text = write(experiment, port)
         programs.append(to / file_name(port, experiment.name))
-        texts[programs[-1]] = write(experiment, port)
+        texts[programs[-1]] = text
         lesson = port.source.removesuffix(file_name(port, ""))
         for path in (path for pattern in port.needs for path in sorted(port.folder.glob(pattern))):
             text = path.read_text(encoding="utf-8").replace(lesson, experiment.name)
@@ -107,6 +131,17 @@ def reserved_names(port: Port) -> frozenset[str]:
     text = (port.folder / port.template).read_text(encoding="utf-8")
     text = re.sub(r"«[^»]*»|^ *§.*", "", text, flags=re.MULTILINE)
     return frozenset([*port.reserved.split(), *re.findall(r"[A-Za-z]\w*", text)])
+
+
+@functools.cache
+def stems_taken(port: Port) -> frozenset[str]:
+    """The stems that no program can have in this language."""
+    if not port.named_by_stem:
+        return frozenset(port.taken.split())
+    opening, closing = (re.escape(part.strip()) for part in port.comment)
+    text = (port.folder / port.template).read_text(encoding="utf-8")
+    code = re.sub(rf"«[^»]*»|^ *§.*|^ *\*.*|{opening}.*?(?:{closing or '$'})", "", text, flags=re.MULTILINE)
+    return frozenset([*port.taken.split(), *port.reserved.split(), *re.findall(r"[A-Za-z]\w*", code)])
 
 
 class Program:

@@ -25,7 +25,7 @@ from typing import Any
 
 from conformance.atomic import write_atomically
 from conformance.programs.ports import ROOT, Port
-from conformance.programs.run import choose_engine, compile_command, engine_version, headless, in_place
+from conformance.programs.run import choose_engine, compile_command, engine_version, headless
 from conformance.programs.sandbox import boxed
 from conformance.programs.table import layout
 from conformance.theory.scenario import RANGES, WAVES, Scenario, to_toml
@@ -115,7 +115,7 @@ def prepare(port: Port) -> Program:
         if path.is_file():
             digest.update(path.read_bytes())
     port.build.mkdir(parents=True, exist_ok=True)
-    version = engine_version(choose_engine(port), port.build)
+    version = engine_version(choose_engine(port), port)
     digest.update(version.encode())
     return Program(port, version, tuple(compile_command(port)), digest.hexdigest())
 
@@ -191,7 +191,7 @@ def run_program(one: Trial, tree: Path) -> str:
     build = tree / "build" / port.name
     problem = ended(compiler, compiler[0], tree, build) if compiler else ""
     engine = choose_engine(port)
-    command = in_place(engine.command)
+    command = port.in_place(engine.command)
     return problem or ended(boxed(engine, command, build)[0], command[0], build, build)
 
 

@@ -58,7 +58,7 @@ def engine(port: Port) -> str:
     try:
         chosen = choose_engine(port)
         port.build.mkdir(parents=True, exist_ok=True)
-        return f"{chosen.name}, {engine_version(chosen, port.build)}"
+        return f"{chosen.name}, {engine_version(chosen, port)}"
     except SystemExit as error:
         raise Unmet(f"{error}; `program` and `version` of {_facts(port)} say what is looked for and asked") from None
     except OSError as error:

@@ -15,7 +15,7 @@ import pytest
 from conformance.judging.report import report_problems
 from conformance.judging.trajectory import load
 from conformance.programs.ports import ROOT, SIX, Port, read_ports
-from conformance.programs.run import choose_engine, headless, in_place
+from conformance.programs.run import choose_engine, headless
 from conformance.programs.sources import source
 from conformance.tests.under_test import PORTS, record
 from conformance.theory.scenario import LESSON
@@ -67,7 +67,7 @@ def short_program(have_run: None, port: Port, tmp_path: Path) -> Port:
 
 def start(port: Port) -> subprocess.CompletedProcess[str]:
     """Run a copied program bare, in its build folder."""
-    command = in_place(choose_engine(port).command)
+    command = port.in_place(choose_engine(port).command)
     return subprocess.run(command, cwd=port.build, capture_output=True, text=True, timeout=120)
 
 
