@@ -157,6 +157,11 @@ class Spelling:
         """What defines a name."""
         return self.port.definition.format(name=self.name(name), expression=self.expression(e))
 
+    def spelled(self, text: str) -> str:
+        """A statement in the common spelling, such as "z1 = x1 - r", or an expression, in the language."""
+        name, equals, e = text.partition(" = ")
+        return self.definition(name, read(e)) if equals else self.text(read(text), False)
+
     def prose(self, text: str) -> str:
         """A text in words, with the program's names as the language spells them."""
         return re.sub(r"(?<![\w.])[A-Za-z]\w*", lambda m: self.own.get(m[0], m[0]), text)
@@ -186,11 +191,7 @@ def several_numeric(parts: tuple[Expression, ...]) -> bool:
 
 def spelled(port: Port, text: str) -> str:
     """A statement in the common spelling, such as "z1 = x1 - r", or an expression, as the port's program spells it."""
-    spelling = spelling_of(port)
-    name, equals, e = text.partition(" = ")
-    if not equals:
-        return spelling.text(read(text), False)
-    return spelling.definition(name, read(e))
+    return spelling_of(port).spelled(text)
 
 
 def spelled_name(port: Port, name: str) -> str:

@@ -7,12 +7,17 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from markupsafe import Markup
 
 from conformance.judging.measured import interpolate
 from conformance.judging.trajectory import COARSEST, Array, Trajectory
+from conformance.pages.report.picture import Line, picture
 from conformance.truth.exact import Exact
 
 GRID = np.concatenate([np.linspace(0, 0.2, 400, endpoint=False), np.linspace(0.2, 1, 601)])  # shares of the horizon
+
+
+SAME = 0.005  # share of the largest value, by which curves that are drawn as one may differ
 
 
 @dataclass(frozen=True)
@@ -85,6 +90,37 @@ def exact_curves(exact: Exact) -> dict[str, Array]:
     """The signals of the exact solution on the grid, and the reference."""
     grid = GRID * exact.setting.horizon
     return {**signals(exact, grid, exact.evaluate(grid)), "reference": exact.reference(grid)}
+
+
+def pictures(
+    solution: Exact, drawn: Mapping[str, Mapping[str, Array]], bounds: Mapping[str, Mapping[str, float]], colours: int
+) -> dict[str, Markup]:
+    """The charts of all programs as vectors, by signal; `bounds` are their tolerances, by program and state."""
+    t, exact = GRID * solution.setting.horizon, exact_curves(solution)
+    one = np.ones_like(t)
+    exact |= {name: value * one for name, value in zip(solution.setting.unknown, solution.setting.theta, strict=True)}
+    colour = {name: f"var(--colour-{i % colours})" for i, name in enumerate(bounds)}
+    found = {}
+    for panel in (*PANELS, *ERROR_PANELS):
+        state = panel.signal.removeprefix("error_")
+        beside = [Line(exact[panel.beside], "var(--quiet)", 1.25, "4 4")] if panel.beside in exact else []
+        if panel.beside == "tolerance":
+            beside = [Line(bounds[n][state] * one, colour[n], 1.25, "4 4") for n in drawn if state in bounds[n]]
+        lines = [Line(drawn[name][panel.signal], colour[name]) for name in leaders(drawn, panel.signal)]
+        last = [Line(exact[panel.signal], "var(--text)", 0.75)] if panel.signal in exact else []
+        words = f"{panel.signal.replace('_', ' ')} over time, of {', '.join(drawn)}"
+        found[panel.signal] = picture(t, [*beside, *lines, *last], words, panel.logarithmic)
+    return found
+
+
+def leaders(drawn: Mapping[str, Mapping[str, Array]], signal: str) -> list[str]:
+    """The programs whose curves do not lie on that of one before."""
+    found: list[str] = []
+    for name, values in drawn.items():
+        size = np.nanmax(np.abs(values[signal]), initial=0)
+        if not any(np.nanmax(np.abs(values[signal] - drawn[o][signal]), initial=0) <= SAME * size for o in found):
+            found.append(name)
+    return found
 
 
 def packed(values: Mapping[str, Array]) -> dict[str, str]:

@@ -2,53 +2,84 @@
 """Exercises and mistakes on the page: each variant's diffs, what it led to, and which checks refuse it."""
 
 import json
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
-from conformance.judging.trajectory import Trajectory, TrajectoryError, load
+from conformance.judging.trajectory import Array, Trajectory, TrajectoryError, load
 from conformance.pages.exercises import diff
-from conformance.pages.report.curves import packed
+from conformance.pages.report.curves import ESTIMATE, X1, Panel, packed
+from conformance.pages.report.listing import highlighted_lines
+from conformance.pages.report.picture import Line, picture
 from conformance.programs.ports import ROOT, Port, read_ports
+from conformance.theory.scenario import LESSON, Scenario
 from conformance.trials.variant import Variant
+from conformance.truth.exact import exact
 
 KILL_MATRIX = ROOT / "build" / "kill-matrix.json"
 POINTS = 301  # of a curve
+EXERCISE_PANELS = (X1, ESTIMATE)
+DRAWN = ("x1", "reference", "theta_hat")
 CLASSES = {"+": "added", "-": "removed"}  # of a line of a diff, by its first character
 
 
 @dataclass(frozen=True)
 class Exercise:
-    """A variant, its diff by language, and what it led to in the program `ran`, "" where none has left a CSV."""
+    """A variant, its diff by language, and what it led to in the program `ran`, "" where none has left a CSV.
+
+    `seconds` are drawn; `curves` are for the script, `pictures` the same as vectors, by signal.
+    """
 
     variant: Variant
     diffs: Mapping[str, Markup]
     ran: str
-    curves: Mapping[str, Any]
+    seconds: float
+    curves: Mapping[str, str]
+    pictures: Mapping[str, Markup]
+
+
+def in_order(variants: Iterable[Variant]) -> list[Variant]:
+    """As the lesson's sections come."""
+    return sorted(variants, key=lambda variant: (int(variant.section.strip("()")), variant.title))
 
 
 def shown(variant: Variant, ports: Iterable[Port]) -> Exercise:
-    """What the page shows of a variant."""
+    """What the page shows of a variant: of an experiment the exact solution, of a mistake what a program has made."""
     here = [port for port in ports if variant.has(port)]
     ran, trajectory = next(_runs(variant, here), ("", None))
+    curves: dict[str, Array] = {}
+    if trajectory:
+        curves = thinned(trajectory) if variant.refused_by else solved(variant.scenario)
+        curves["theta"] = np.full(POINTS, float(variant.scenario.theta))
     return Exercise(
         variant=variant,
-        diffs={language: marked(text) for language, text in _diffs(variant, here)},
+        diffs=dict(_diffs(variant, here)),
         ran=ran,
-        curves={**thinned(trajectory), "theta": float(variant.scenario.theta)} if trajectory else {},
+        seconds=float(curves["t"][-1]) if curves else 0.0,
+        curves=packed(curves),
+        pictures={panel.signal: still(panel, curves) for panel in EXERCISE_PANELS if curves},
     )
 
 
-def _diffs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, str]]:
+def still(panel: Panel, curves: Mapping[str, Array]) -> Markup:
+    """A chart of an exercise as vectors."""
+    lines = [Line(curves[panel.beside], "var(--quiet)", 1.25, "4 4"), Line(curves[panel.signal], "var(--accent)")]
+    return picture(curves["t"], lines, f"{panel.signal.replace('_', ' ')} over time")
+
+
+def _diffs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Markup]]:
     """(language, diff) of every program into which the variant can be edited; one that is not finished is left out."""
     for port in ports:
         with suppress(ValueError):
-            yield port.language, diff(variant, port)
+            rows = [row for row in diff(variant, port).splitlines() if not row.startswith("@@")]
+            yield port.language, marked(rows, port.source)
 
 
 def _runs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Trajectory]]:
@@ -61,19 +92,31 @@ def _runs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Trajec
             continue
 
 
-def thinned(trajectory: Trajectory) -> dict[str, str]:
-    """Its curves at equal distances, on straight lines between rows."""
+def thinned(trajectory: Trajectory) -> dict[str, Array]:
+    """Its curves at equal distances, on straight lines between rows, which a fixed step leaves close together."""
     t = np.linspace(0, trajectory.t[-1], POINTS)
-    names = ("x1", "reference", "theta_hat")
-    return packed({"t": t, **{name: np.interp(t, trajectory.t, trajectory[name]) for name in names}})
+    return {"t": t, **{name: np.interp(t, trajectory.t, trajectory[name]) for name in DRAWN}}
 
 
-def marked(text: str) -> Markup:
-    """A diff as HTML, without the lines that say where."""
-    line = Markup('<span class="line {}">{}\n</span>')
-    return Markup("").join(
-        line.format(CLASSES.get(row[:1], ""), row) for row in text.splitlines() if not row.startswith("@@")
-    )
+def solved(scenario: Scenario) -> dict[str, Array]:
+    """The curves of the exact solution over the lesson's horizon; if the reference is another, over whole periods."""
+    horizon = LESSON.horizon
+    if scenario.amplitude and (scenario.omega, scenario.wave) != (LESSON.omega, LESSON.wave):
+        period = 2 * math.pi / float(scenario.omega)
+        horizon = Fraction(round(period * math.ceil(float(horizon) / period), 2))
+    solution = exact(replace(scenario, horizon=horizon))
+    t = np.linspace(0, float(horizon), POINTS)
+    found = dict(zip(solution.setting.names, solution.evaluate(t), strict=True)) | {"reference": solution.reference(t)}
+    return {"t": t, **{name: found[name] for name in DRAWN}}
+
+
+def marked(rows: Iterable[str], file: str) -> Markup:
+    """The lines of a diff as HTML, each in the colours of the language that the file's name tells."""
+    some = list(rows)
+    code = highlighted_lines("".join(f"{row[1:]}\n" for row in some), file)
+    line = Markup('<span class="line {}"><span class="sign">{}</span>{}\n</span>')
+    marks = (CLASSES.get(row[:1], "") for row in some)
+    return Markup("").join(line.format(mark, row[:1], text) for row, mark, text in zip(some, marks, code, strict=True))
 
 
 def kill_matrix(path: Path = KILL_MATRIX) -> dict[tuple[str, str], dict[str, Any]]:

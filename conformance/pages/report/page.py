@@ -17,30 +17,28 @@ from markupsafe import Markup
 
 from conformance.atomic import write_atomically
 from conformance.judging.checks import Result
+from conformance.judging.trajectory import Array
 from conformance.judging.verdict import Judgement, Verdict, headline
 from conformance.pages.report.curves import (
     ERROR_PANELS,
-    ESTIMATE,
     GRID,
-    LYAPUNOV,
     PANELS,
-    X1,
-    Z1,
     curves,
     exact_curves,
     packed,
+    pictures,
 )
 from conformance.pages.report.equations import equations
-from conformance.pages.report.exercises import kill_matrix, shown
-from conformance.pages.report.listing import highlighted, highlighted_lines, highlighting, listing
-from conformance.pages.report.playground import PROGRAM, SLIDERS, mistakes, presets, program_text
+from conformance.pages.report.exercises import EXERCISE_PANELS, in_order, kill_matrix, shown
+from conformance.pages.report.listing import highlighted, highlighting
+from conformance.pages.report.playground import playground
 from conformance.pages.report.typesetting import MODULES, Typesetter, type_css, version_of
 from conformance.programs.ports import ROOT, Port
 from conformance.programs.sources import STEPS
 from conformance.programs.table import engine_and_version
 from conformance.theory.scenario import LESSON, Scenario
 from conformance.trials.variant import Variant, read_variants
-from conformance.truth.exact import exact
+from conformance.truth.exact import Exact, exact
 
 HERE = Path(__file__).parent
 COLOURS = 8  # in frame.css
@@ -88,8 +86,11 @@ def page(ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = L
     verdicts = {verdict.name: verdict for verdict in judgement.verdicts if verdict.name in ports}
     programs = [program(port, verdicts[name], i % COLOURS) for i, (name, port) in enumerate(ports.items())]
     variants = read_variants()
-    exercises = [shown(variant, ports.values()) for variant in variants.values()]
-    wrong = mistakes(variants.values())
+    exercises = [shown(variant, ports.values()) for variant in in_order(variants.values())]
+    solution = exact(scenario)
+    drawn = {v.name: curves(solution, v.trajectory) for v in verdicts.values() if v.trajectory}
+    bounds = {v.name: {state: result.bound for state, result in v.errors.items()} for v in verdicts.values()}
+    play = playground(variants.values(), solution)
     environment = Environment(
         loader=FileSystemLoader([HERE / "templates", HERE / "static", MODULES / "uplot" / "dist"]),
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
@@ -110,20 +111,17 @@ def page(ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = L
         steps=STEPS,
         equations=equations(scenario),
         exercises=exercises,
-        exercise_panels=(X1, ESTIMATE),
-        outcomes=outcomes(variants.values(), ports),
-        playground={"lesson": Markup(program_text()), **{n: Markup(program_text(v)) for n, v in wrong.items()}},
-        playground_panels=(X1, Z1, ESTIMATE, LYAPUNOV),
-        playground_code=listing(program_text(), highlighted_lines(program_text(), PROGRAM.source)),
-        mistakes=wrong,
-        sliders=SLIDERS,
-        presets=presets(),
+        exercise_panels=EXERCISE_PANELS,
+        outcomes=outcomes(in_order(variants.values()), ports),
+        playground=play,
+        playground_data=Markup(embedded(play.data)),
         highlighting=Markup(highlighting()),
-        drawn=[verdict.name for verdict in verdicts.values() if verdict.trajectory],
+        drawn=list(drawn),
+        pictures=pictures(solution, drawn, bounds, COLOURS),
         horizon=f"{float(scenario.horizon):g}",
         faces=type_css(),
         libraries={name: version_of(name.lower()) for name in ("uPlot", "KaTeX")},
-        data=Markup(embedded(data(verdicts.values(), scenario))),
+        data=Markup(embedded(data(solution, drawn, bounds))),
         exercise_data=Markup(embedded({exercise.variant.name: exercise.curves for exercise in exercises})),
     )
     return typesetter.filled(html)
@@ -249,16 +247,18 @@ def diagram(port: Port) -> str:
 # ---- Data ----
 
 
-def data(verdicts: Iterable[Verdict], scenario: Scenario) -> dict[str, Any]:
+def data(
+    solution: Exact, drawn: Mapping[str, Mapping[str, Array]], bounds: Mapping[str, Mapping[str, float]]
+) -> dict[str, Any]:
     """What the scripts draw: curves in single precision, base64, on one grid; tolerances per column."""
-    solution = exact(scenario)
+    setting = solution.setting
     return {
-        "horizon": float(scenario.horizon),
-        "theta": float(scenario.theta),
-        "grid": packed({"t": GRID * float(scenario.horizon)})["t"],
+        "horizon": setting.horizon,
+        "theta": float(setting.theta[0]),
+        "grid": packed({"t": GRID * setting.horizon})["t"],
         "exact": packed(exact_curves(solution)),
-        "ports": {v.name: packed(curves(solution, v.trajectory)) for v in verdicts if v.trajectory},
-        "tolerance": {v.name: {state: result.bound for state, result in v.errors.items()} for v in verdicts},
+        "ports": {name: packed(values) for name, values in drawn.items()},
+        "tolerance": bounds,
     }
 
 

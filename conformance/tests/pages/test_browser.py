@@ -6,6 +6,7 @@ Needs Chromium; build/report/ keeps pictures of the page: wide and light, narrow
 
 import contextlib
 import json
+import re
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -18,14 +19,16 @@ from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 from conformance.judging.verdict import judge_all, judge_file
 from conformance.pages.report import chromium
 from conformance.pages.report.page import write_page
-from conformance.pages.report.playground import mistakes
+from conformance.pages.report.playground import playground, read_questions
 from conformance.programs.ports import SIX, read_ports
 from conformance.programs.sources import cut
 from conformance.tests.under_test import PORTS
 from conformance.theory.scenario import LESSON, SCENARIOS
 from conformance.trials.variant import read_variants
+from conformance.truth.exact import exact
 
 CHROMIUM = chromium()
+QUESTIONS = read_questions()
 PATIENCE = 6  # attempts at what takes longer on a busy machine
 ALL_AT_ONCE = ".step { content-visibility: visible !important } .inspector { position: static !important }"
 WIDE_LIGHT, NARROW_DARK = (1900, 1000, "light"), (360, 740, "dark")  # width, height, colours
@@ -76,7 +79,7 @@ def show_charts(charts: Locator) -> None:
 
 def show_all(page: Page) -> None:
     """Show every chart but those of the exercises."""
-    show_charts(page.locator("#trajectories .chart, #playground .chart"))
+    show_charts(page.locator("#trajectories .chart, #playground .chart:not(.plane)"))
     page.evaluate("scrollTo(0, 0)")
 
 
@@ -260,6 +263,74 @@ def test_copy_gives_the_code_as_it_stands(page: Page) -> None:
     assert page.evaluate("navigator.clipboard.readText()") == cut(port)["tuning-function"]
 
 
+# ---- Charts by hand ----
+
+
+def times_drawn(page: Page) -> list[float]:
+    return [float(page.locator(end).input_value()) for end in ("#from", "#to")]
+
+
+def test_chart_is_read_and_zoomed_by_keys(page: Page) -> None:
+    plot = page.locator("#trajectories [data-signal=x1] .plot")
+    plot.focus()
+    page.keyboard.press("Home")
+    page.keyboard.press("ArrowRight")
+    assert re.fullmatch(r"t = 0\.20 s: .*", plot.get_attribute("aria-valuetext") or "")
+    assert plot.get_attribute("aria-valuetext") == page.locator("#trajectories [data-signal=x1] .readout").inner_text()
+    page.keyboard.press("+")
+    assert times_drawn(page)[1] < 11
+    page.keyboard.press("0")
+    assert times_drawn(page) == [0, float(LESSON.horizon)]
+
+
+def test_two_fingers_zoom_a_chart(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, NARROW_DARK)
+    show_charts(other.page.locator("#trajectories [data-signal=x1]"))
+    box = other.page.locator("#trajectories [data-signal=x1] .u-over").bounding_box()
+    assert box
+    session = other.page.context.new_cdp_session(other.page)
+
+    def touch(kind: str, *shares: float) -> None:
+        y = box["y"] + box["height"] / 2  # type: ignore[index]
+        fingers = [{"x": box["x"] + s * box["width"], "y": y, "id": i} for i, s in enumerate(shares)]  # type: ignore[index]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
+
+    touch("touchStart", 0.4)
+    touch("touchStart", 0.4, 0.6)
+    for apart in (0.15, 0.2, 0.3):
+        touch("touchMove", 0.5 - apart, 0.5 + apart)
+    touch("touchEnd")
+    drawn(other.page)
+    start, end = times_drawn(other.page)
+    assert 0 < start < end < float(LESSON.horizon) and end - start == pytest.approx(float(LESSON.horizon) / 3, rel=0.1)
+    other.page.context.close()
+
+
+@pytest.mark.skipif(len(PORTS) < len(SIX), reason="PORTS leaves out some")
+def test_legend_says_which_programs_lie_on_one_another(page: Page) -> None:
+    assert page.locator("#trajectories [data-signal=x1] .keys").inner_text() == "all 6 on one line"
+    keys = page.locator("#trajectories [data-signal=error_x1] .key").all_inner_texts()
+    assert "C++, Java on one line" in keys and len(keys) > 2
+
+
+# ---- Without script, and on paper ----
+
+
+def test_charts_and_answers_are_there_without_script_and_on_paper(browser: Browser, report: Path, page: Page) -> None:
+    plain = browser.new_context(java_script_enabled=False)
+    bare = plain.new_page()
+    bare.goto(report.as_uri())
+    stills = bare.locator("#trajectories .still, #playground .still")
+    assert stills.count() == bare.locator("#trajectories .chart, #playground .chart").count() > 10
+    assert all(still.is_visible() for still in stills.all())
+    plain.close()
+    page.emulate_media(media="print")
+    assert page.locator("#trajectories .still").first.is_visible()
+    assert not page.locator("#trajectories .uplot").first.is_visible()
+    page.emulate_media(media="screen")
+    assert not page.locator("#trajectories .still").first.is_visible()
+
+
 # ---- Exercises ----
 
 
@@ -271,36 +342,136 @@ def test_exercise_opens_with_its_curves_and_its_diffs(page: Page) -> None:
     show_charts(details.locator(".chart"))
 
 
+def test_address_opens_an_exercise(page: Page) -> None:
+    details = page.locator("#exercise-problem-6")
+    page.evaluate("location.hash = '#exercise-problem-6'")
+    expect(details.locator(".diff").first).to_be_visible()
+    expect(details).to_be_in_viewport()
+
+
+def test_mistake_is_played_from_its_exercise(page: Page) -> None:
+    page.evaluate("location.hash = '#exercise-half-done-problem-6'")
+    page.locator("#exercise-half-done-problem-6 .play").click()
+    expect(page.locator("#playground [value=half-done-problem-6]")).to_be_checked()
+    assert page.evaluate("playground.figures().settled") is None
+
+
 # ---- Playground ----
 
 
-def write_csv(page: Page, program: str, preset: str, path: Path) -> Path:
-    page.locator(f"input[name=program][value={program}]").check()
-    page.locator("[data-preset]").get_by_text(preset.replace("-", " "), exact=True).click()
-    path.write_text(page.evaluate("playgroundCsv()"))
+def start(page: Page, name: str, mistake: str = "", **constants: float) -> None:
+    page.evaluate("(to) => playground.set(to)", {"start": name, "mistake": mistake, "constants": constants})
+    drawn(page)
+
+
+def write_csv(page: Page, path: Path) -> Path:
+    path.write_text(page.evaluate("playground.csv()"))
     return path
 
 
-@pytest.mark.parametrize("preset", ["lesson", "no-excitation"])
-def test_playground_passes_every_check(page: Page, preset: str, tmp_path: Path) -> None:
-    verdict = judge_file(write_csv(page, "lesson", preset, tmp_path / "playground.csv"), SCENARIOS[preset])
+@pytest.mark.parametrize(
+    ("begin", "scenario"),
+    [("Chapter17_Lesson1", "lesson"), ("no_excitation", "no-excitation"), ("problem_6", "problem-6")],
+)
+def test_playground_passes_every_check(page: Page, begin: str, scenario: str, tmp_path: Path) -> None:
+    page.locator(f"[data-start={begin}]").click()
+    verdict = judge_file(write_csv(page, tmp_path / "playground.csv"), SCENARIOS[scenario])
     assert verdict.conforms, verdict.reason
 
 
-@pytest.mark.parametrize("program", mistakes(read_variants().values()))
-def test_mistake_in_the_playground_is_refused(page: Page, program: str, tmp_path: Path) -> None:
-    verdict = judge_file(write_csv(page, program, "lesson", tmp_path / "playground.csv"), SCENARIOS["lesson"])
-    assert not verdict.conforms
+def test_mistake_in_the_playground_is_refused_and_shows_its_code(page: Page, tmp_path: Path) -> None:
+    titles = playground(read_variants().values(), exact(LESSON)).titles
+    mistakes = [name for name, variant in titles.items() if variant.scenario.wave == LESSON.wave]
+    assert len(mistakes) > 3
+    changed, outcome = page.locator("#playground .changed:visible"), page.locator("#playground .outcome")
+    for mistake in mistakes:
+        page.locator("[data-start=Chapter17_Lesson1]").click()
+        page.locator(f"input[name=mistake][value={mistake}]").check()
+        verdict = judge_file(write_csv(page, tmp_path / "playground.csv"), SCENARIOS["lesson"])
+        assert not verdict.conforms, mistake
+        assert changed.count() == 1 and changed.locator(".added, .removed").count() >= 2
+        assert "do not add up to V(0)" in outcome.inner_text(), mistake
 
 
-def test_sliders_move_the_curves(page: Page) -> None:
-    page.locator("input[name=program][value=lesson]").check()
-    before = {signal: picture(page, signal, "#playground") for signal in ("z1", "theta_hat", "V")}
+def test_start_clears_a_mistake(page: Page) -> None:
+    page.locator("input[name=mistake][value=sign-in-tau2]").check()
+    page.locator("[data-start=Chapter17_Lesson1]").click()
+    assert page.locator("input[name=mistake][value='']").is_checked()
+    assert page.locator("#playground .changed:visible").count() == 0
+    assert "dissipated add up to V(0)" in page.locator("#playground .outcome").inner_text()
+
+
+@pytest.mark.parametrize("i", range(len(QUESTIONS)))
+def test_question_sets_what_its_answer_speaks_of(page: Page, i: int) -> None:
+    asked = QUESTIONS[i]
+    page.locator(f"[data-question='{i}'] summary").click()
+    drawn(page)
+    assert page.locator(f"[data-question='{i}'] .look").is_visible()
+    found = page.evaluate("playground.figures()")
+    for name, value in asked.figures.items():
+        assert found[name] == pytest.approx(value, rel=0.006, abs=0.006), name
+
+
+def test_sliders_move_the_curves_and_keep_the_zoom_and_the_run_before(page: Page) -> None:
+    start(page, "Chapter17_Lesson1")
+    plot = page.locator("#playground [data-drawing=errors] .plot")
+    plot.focus()
+    page.keyboard.press("Home")
+    page.keyboard.press("+")
+    page.keyboard.press("+")
+    zoomed = plot.get_attribute("aria-valuenow")
+    charts = [f"[data-drawing={name}]" for name in ("errors", "estimates", "budget", "control", "rate", "logarithm")]
+    before = [pictured(page, chart) for chart in charts]
     page.locator("input[name=k1]").press("ArrowRight")
     drawn(page)
-    assert all(picture(page, signal, "#playground") != drawn for signal, drawn in before.items())
+    assert all(pictured(page, chart) != one for chart, one in zip(charts, before, strict=True))
+    assert page.evaluate("new URLSearchParams(location.search).get('pt')") == "0~5" and zoomed is not None
+    rows = page.locator("#playground .runs tbody th").all_inner_texts()
+    assert [row.split(":")[0] for row in rows] == ["this run", "the run before"]
+    page.locator("#playground .keep").click()
+    start(page, "problem_6")
+    rows = page.locator("#playground .runs tbody th").all_inner_texts()
+    assert len(rows) == 3 and rows[2].startswith("kept: the lesson, k₁ = 2.0")
+    page.get_by_role("button", name="Let go").click()
+    page.locator("#playground .whole").click()
 
 
-def test_blow_up_is_told(page: Page, tmp_path: Path) -> None:
-    write_csv(page, "sine-of-x2", "lesson", tmp_path / "playground.csv")
-    assert "The integration fails after 0." in page.locator("#playground .outcome").inner_text()
+def pictured(page: Page, chart: str) -> str:
+    return str(page.evaluate("(c) => document.querySelector(c + ' canvas').toDataURL()", f"#playground {chart}"))
+
+
+def test_address_keeps_what_is_set(browser: Browser, report: Path, page: Page) -> None:
+    start(page, "problem_6", "no-reference-rate", gamma=30)
+    page.wait_for_function("location.search.includes('no-reference-rate')")
+    query = page.evaluate("location.search")
+    other = browser.new_page()
+    other.goto(report.as_uri() + query)
+    show_charts(other.locator("#playground .budget"))
+    figures = [each.evaluate("playground.figures()") for each in (page, other)]
+    assert figures[0] == figures[1]
+    other.goto(report.as_uri() + "?gamma=nonsense&start=nowhere&mistake=none&pt=9~3&t=x~y")
+    show_charts(other.locator("#playground .budget"))
+    assert other.evaluate("playground.figures().max_u") == pytest.approx(25.9, rel=0.01)
+    other.close()
+
+
+def test_blow_up_is_drawn_as_far_as_it_goes_and_told(page: Page) -> None:
+    start(page, "Chapter17_Lesson1", "sine-of-x2")
+    assert "The integration fails after 0.46 s" in page.locator("#playground .outcome").inner_text()
+    inked = """(chart) => {
+      const canvas = document.querySelector(`#playground ${chart} canvas`), {width, height} = canvas;
+      const points = canvas.getContext("2d").getImageData(0, 0, width, height).data;
+      const blue = (x, y) => points[4 * (y * width + x) + 2] > 150 && points[4 * (y * width + x)] < 60;
+      return [...Array(width).keys()].filter((x) => [...Array(height).keys()].some((y) => blue(x, y))).length / width;
+    }"""
+    assert page.evaluate(inked, "[data-drawing=output]") > 0.4
+    start(page, "Chapter17_Lesson1")
+
+
+def test_slider_and_curve_share_a_phones_screen(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, NARROW_DARK)
+    for name in ("theta_true", "theta_hat_start"):
+        other.page.locator(f"input[name={name}]").scroll_into_view_if_needed()
+        other.page.locator(f"input[name={name}]").focus()
+        expect(other.page.locator("#playground .budget .plot")).to_be_in_viewport(ratio=0.9)
+    other.page.context.close()

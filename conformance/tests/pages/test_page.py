@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The page holds what the results say, in one file, whatever became of the programs."""
 
+import json
 import re
+import subprocess
 from dataclasses import replace
 from html import unescape
 from pathlib import Path
@@ -12,16 +14,23 @@ import sympy as sp
 from sympy.parsing.sympy_parser import implicit_multiplication, parse_expr, standard_transformations
 
 from conformance.judging.checks import Result
-from conformance.judging.trajectory import STATES
-from conformance.pages.report.curves import GRID, curves
+from conformance.judging.trajectory import STATES, load
+from conformance.judging.verdict import judge_file
+from conformance.pages.report.curves import GRID, curves, leaders, signals
 from conformance.pages.report.equations import EQUATIONS
+from conformance.pages.report.exercises import marked, solved
 from conformance.pages.report.listing import highlighted, highlighting
 from conformance.pages.report.page import HERE, cell, outcome, raw
-from conformance.pages.report.playground import PROGRAM, mistakes, program_text
-from conformance.programs.ports import Port
+from conformance.pages.report.picture import BOTTOM, HEIGHT, LEFT, RIGHT, ROOM, TOP, WIDTH, Line, picture
+from conformance.pages.report.playground import PROGRAM, Playground, playground, program_text, references
+from conformance.pages.report.typesetting import NODE
+from conformance.programs.ports import ROOT, Port
 from conformance.programs.sources import STEPS, cut, source, statements
 from conformance.tests.under_test import FIRST, PORTS, trajectory_of
+from conformance.theory.experiment_file import read_experiment
+from conformance.theory.experiments import camel
 from conformance.theory.scenario import LESSON
+from conformance.theory.statements import parameters_of
 from conformance.trials.variant import read_variants
 from conformance.truth.exact import exact
 
@@ -218,15 +227,135 @@ def test_every_exercise_is_on_the_page_in_every_program_that_has_it(html: str) -
         assert part and part.count('class="code diff"') == sum(map(variant.has, PORTS.values())), variant.name
 
 
-# ---- The playground's program ----
+@pytest.mark.parametrize("plain", ["- a = 1", "+ a = 2 # (7) it"])
+def test_lines_of_a_diff_keep_their_text(plain: str) -> None:
+    html = str(marked([plain], "program.py"))
+    assert unescape(re.sub("<[^>]*>", "", html)) == plain + "\n"
+    assert {"-": "removed", "+": "added"}[plain[0]] in html
 
 
-def test_playgrounds_statements_are_the_programs() -> None:
+def test_exercises_come_as_the_lessons_sections(html: str) -> None:
+    ids = re.findall(r'data-exercise="([\w-]+)"', html)
+    for group in (True, False):
+        sections = [int(VARIANTS[i].section.strip("()")) for i in ids if bool(VARIANTS[i].refused_by) == group]
+        assert sections == sorted(sections) and len(set(sections)) > 1
+
+
+def test_problem_6_is_drawn_over_whole_periods() -> None:
+    scenario = VARIANTS["problem-6"].scenario
+    curves = solved(scenario)
+    periods = curves["t"][-1] * float(scenario.omega) / (2 * np.pi)
+    assert periods > 1 and periods == pytest.approx(round(periods), abs=1e-3)
+    settled = curves["t"] > 10
+    assert np.abs(curves["x1"] - curves["reference"])[settled].max() < 0.01
+
+
+# ---- Pictures ----
+
+RAMP = np.linspace(0, 10, 101)
+
+
+def points(svg: str, kind: str) -> list[list[tuple[float, float]]]:
+    """The pieces of the first path of a kind, each a list of points."""
+    path = re.findall(rf'<path class="{kind}"[^>]* d="([^"]*)"', svg)[0]
+    return [[tuple(map(float, p.split())) for p in piece.strip("Z").split("L")] for piece in path.split("M")[1:]]  # type: ignore[misc]
+
+
+def test_picture_of_a_line_is_the_line() -> None:
+    (piece,) = points(picture(RAMP, [Line(2 * RAMP, "red")], "a ramp"), "curve")
+    (x0, y0), (x1, y1) = piece[0], piece[-1]
+    assert (x0, x1) == (LEFT, WIDTH - RIGHT) and TOP < y1 < y0 < HEIGHT - BOTTOM
+
+
+def test_picture_keeps_what_is_seen_of_a_curve() -> None:
+    wave = np.sin(3 * RAMP)
+    (piece,) = points(picture(RAMP, [Line(wave, "red")], "a wave"), "curve")
+    x, y = np.transpose(piece)
+    inner = (HEIGHT - BOTTOM - TOP) / (1 + 2 * ROOM)
+    wanted = (HEIGHT - BOTTOM + TOP) / 2 - wave * inner / 2 / np.abs(wave).max()
+    drawn = np.interp(LEFT + RAMP / 10 * (WIDTH - LEFT - RIGHT), x, y)
+    assert len(piece) < RAMP.size and np.abs(drawn - wanted).max() < 1
+
+
+def test_picture_has_gaps_where_nothing_is_known() -> None:
+    values = np.where((RAMP > 4) & (RAMP < 6), np.nan, RAMP)
+    assert len(points(picture(RAMP, [Line(values, "red")], "two pieces"), "curve")) == 2
+
+
+def test_logarithmic_picture_has_powers_of_ten_within_it() -> None:
+    svg = picture(RAMP, [Line(10.0 ** (-RAMP - 3), "red")], "decades", logarithmic=True)
+    rules = [float(y) for y in re.findall(r'class="rule" d="M46 ([\d.]+)H', svg)]
+    assert 2 <= len(rules) <= 8 and all(TOP <= y <= HEIGHT - BOTTOM for y in rules)
+    assert "10⁻³" in svg and "10⁻²" not in svg
+
+
+def test_every_chart_has_a_picture(html: str) -> None:
+    charts = re.findall(r'<figure class="chart.*?</figure>', html, flags=re.DOTALL)
+    assert len(charts) > 20 and all('<svg class="still"' in chart for chart in charts)
+
+
+def test_programs_that_lie_on_one_another_are_one_line() -> None:
+    same, other = {"x": RAMP}, {"x": RAMP + 0.1}
+    assert leaders({"a": same, "b": same, "c": other, "d": same}, "x") == ["a", "c"]
+
+
+# ---- The playground ----
+
+OTHERS = ("problem_5", "khalil", "first_order", "motor_arm")  # a full Gamma, nothing unknown, n = 1, names of its own
+
+
+@pytest.fixture(scope="module")
+def lessons() -> Playground:
+    return playground(VARIANTS.values(), exact(LESSON))
+
+
+def test_playgrounds_statements_are_the_programs(lessons: Playground) -> None:
     parameters = 10
-    assert statements(PROGRAM, source(PROGRAM)) == statements(FIRST, source(FIRST))[parameters:]
+    text = program_text(lessons.experiment)
+    assert statements(PROGRAM, text) == statements(FIRST, source(FIRST))[parameters:]
 
 
-def test_playground_has_the_mistakes_of_the_controller() -> None:
-    found = mistakes(VARIANTS.values())
-    assert {"no-estimate-rate", "theta-in-the-control", "sign-in-tau2"} <= found.keys()
-    assert len({program_text(), *map(program_text, found.values())}) == 1 + len(found)
+def test_playground_has_the_mistakes_of_the_controller(lessons: Playground) -> None:
+    found = lessons.mistakes
+    assert {"no-estimate-rate", "theta-in-the-control", "sign-in-tau2"} <= lessons.titles.keys()
+    assert len(set(lessons.programs.values())) == len(references(lessons.starts)) + len(found)
+    assert all(mistake.difference.count("removed") == mistake.difference.count("added") >= 1 for mistake in found)
+
+
+def test_starts_and_questions_are_within_reach_of_the_sliders(lessons: Playground) -> None:
+    reach = {s.name: (10**s.low, 10**s.high) if s.logarithmic else (s.low, s.high) for s in lessons.sliders}
+    starts = lessons.data["starts"]
+    assert all(start["constants"].keys() == reach.keys() for start in starts.values())
+    wanted = [start["constants"] for start in starts.values()] + [q.constants for q in lessons.questions]
+    assert all(reach[name][0] <= value <= reach[name][1] for of in wanted for name, value in of.items())
+
+
+def test_questions_name_what_there_is(lessons: Playground) -> None:
+    for question in lessons.questions:
+        assert question.start in lessons.starts
+        assert question.mistake in ("", *lessons.titles) and question.exercise in ("", *VARIANTS)
+        assert all(f"{{{name}}}" in question.look + question.answer for name in question.figures)
+    errors_of_16 = {v.name for v in VARIANTS.values() if v.section == "(16)"}
+    assert errors_of_16 <= {name for q in lessons.questions for name in (q.mistake, q.exercise)}
+
+
+@pytest.mark.parametrize("plant", OTHERS)
+def test_playgrounds_program_of_any_plant_passes_every_check(plant: str, tmp_path: Path) -> None:
+    """And its V and V' are the theorem's."""
+    experiment = read_experiment(ROOT / "plants" / f"{plant}.toml")
+    constants = {camel(c.name): float(c.value) for c in parameters_of(experiment)}
+    script = f"""{program_text(experiment)}
+        const {{ simulate, toCsv, signals }} = program({json.dumps(constants)});
+        const trajectory = simulate();
+        console.log(JSON.stringify([toCsv(trajectory), trajectory.slice(0, 50).map(signals)]));"""
+    done = subprocess.run([NODE, "-"], input=script, capture_output=True, text=True, check=True)
+    csv, found = json.loads(done.stdout)
+    path = tmp_path / "playground.csv"
+    path.write_text(csv)
+    verdict = judge_file(path, experiment)
+    assert verdict.conforms, verdict.reason
+    solution = exact(experiment)
+    log = load(path, float(experiment.horizon), solution.setting.names)
+    wanted = signals(solution, log.t[:50], log.states[:, :50])
+    for name in ("u", "V", "V_dot", "z1"):
+        assert [row[name] for row in found] == pytest.approx(wanted[name], rel=1e-9, abs=1e-12), name

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: MIT
-// Charts: uPlot with the page's colours, one axis of time for all charts of a group, and a readout under the pointer.
+// Charts: uPlot with the page's colours, one axis of time for all charts of a group, a readout at the pointer, the
+// finger and the keys. A chart takes the place of the picture that came with the page; on paper the picture is back.
 "use strict";
 
 const HEIGHT = 230; // px, of a plot with its axes
-const DASH = 8; // px, of each of several curves that lie on one another
+const ROOM = 0.06; // share of the values' range above and below them
 
 const data = JSON.parse(document.getElementById("data").textContent);
 
 function css(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+// a colour of the page, mostly let through; alpha in two hexadecimal digits
+function faint(name, alpha = "40") {
+  return css(name) + alpha;
 }
 
 // base64 of single-precision numbers; NaN becomes a gap
@@ -17,14 +23,10 @@ function unpack(text) {
   return Array.from(new Float32Array(bytes.buffer), (value) => (Number.isNaN(value) ? null : value));
 }
 
-// the i-th of n curves draws every n-th dash, so that all are seen where they lie on one another
-function interlaced(i, n) {
-  return n < 2 ? [] : [0, i * DASH, DASH, (n - 1 - i) * DASH];
-}
-
 function short(value) {
   const size = Math.abs(value);
-  return size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(2) : value.toPrecision(4);
+  const text = size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(2) : value.toPrecision(4);
+  return text.replace("-", "−");
 }
 
 function superscript(exponent) {
@@ -46,42 +48,57 @@ function powers(u, splits) {
 function axis(label, size, space) {
   const font = `12px ${css("--sans")}`;
   const line = { stroke: css("--rule"), width: 1 };
-  return { label, size, space, font, labelFont: font, labelSize: 18, labelGap: 0, stroke: css("--quiet"),
+  return { label, size, space, font, labelFont: font, labelSize: label ? 18 : 0, labelGap: 0, stroke: css("--quiet"),
            grid: line, ticks: { ...line, size: 4 } };
 }
 
-// lines: [{label, values, colour, width, dash, quiet}]; a quiet line is not read out
-// zoomed(from, to): the reader has changed the time drawn; group: charts that share a pointer
-function makeChart(figure, times, lines, group, zoomed) {
-  const { axis: name, logarithmic } = figure.dataset;
+function logarithmicRange(low, high) {
+  return low > 0 ? [10 ** Math.floor(Math.log10(low)), 10 ** Math.ceil(Math.log10(high))] : [1e-12, 1];
+}
+
+function linearRange(low, high) {
+  const room = (high - low) * ROOM || 1;
+  return low === null ? [0, 1] : [low - room, high + room];
+}
+
+// values of an axis, short
+function tidy(value) {
+  const size = Math.abs(value);
+  const [digits, exponent] = size >= 1e4 || (size > 0 && size < 1e-3) ? value.toExponential(2).split("e") : [value.toPrecision(3)];
+  return `${Number(digits)}${exponent ? `·10${superscript(Number(exponent))}` : ""}`.replace(/^-/, "−");
+}
+
+// lines: [{label, values, colour, width, dash, quiet, fill, fillTo, spanGaps}]; a quiet line is not read out
+// group: charts that share a pointer; zoomed(from, to): the reader has changed the time drawn
+// name: of the axis; reach(u, low, high): the least and largest value that the axis is to show; bands: uPlot's
+function makeChart(figure, times, lines, { group, zoomed, logarithmic = false, name = "", reach = (u, low, high) => [low, high], bands = [] }) {
   const host = figure.querySelector(".plot");
   const readout = figure.querySelector(".readout");
+  const round = logarithmic ? logarithmicRange : linearRange;
   const chart = new uPlot({
     width: host.clientWidth,
-    height: HEIGHT,
+    height: host.clientHeight || HEIGHT,
     legend: { show: false },
     cursor: { sync: { key: group }, y: false, points: { size: 5 }, drag: { x: true, y: false, uni: 10 } },
-    scales: {
-      x: { time: false, range: (u, from, to) => [from, to] },
-      y: logarithmic === undefined ? {} : { distr: 3, range: (u, low, high) => logarithmicRange(low, high) },
-    },
+    scales: { x: { time: false, range: (u, from, to) => [from, to] }, y: { distr: logarithmic ? 3 : 1, range: (u, low, high) => round(...reach(u, low, high)) } },
     axes: [axis("t (s)", 26, 60),
-           { ...axis(name, 46, 34), ...(logarithmic === undefined ? {} : { splits: decades, values: powers, filter: (u, splits) => splits }) }],
-    series: [{}, ...lines.map(({ label, colour, width = 1.75, dash = [] }) =>
-      ({ label, stroke: colour, width, dash, points: { show: false }, spanGaps: true }))],
+           { ...axis(name, name ? 52 : 50, 34),
+             ...(logarithmic ? { splits: decades, values: powers, filter: (u, splits) => splits } : { values: (u, splits) => splits.map(tidy) }) }],
+    series: [{}, ...lines.map(({ label, colour, width = 1.75, dash = [], fill, fillTo, spanGaps = false }) =>
+      ({ label, stroke: colour, width, dash, fill, fillTo, points: { show: false }, spanGaps }))],
+    bands,
     hooks: {
-      setCursor: [(u) => { readout.textContent = readoutText(u, lines); }],
+      setCursor: [(u) => {
+        readout.textContent = readoutText(u, lines);
+        tellReader(host, u, readout.textContent);
+      }],
       setSelect: [(u) => {
         if (u.select.width > 0) zoomed(u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x"));
       }],
     },
   }, [times, ...lines.map(({ values }) => values)], host);
-  chart.over.addEventListener("dblclick", () => zoomed(times[0], times.at(-1)));
+  byHand(chart, host, zoomed);
   return chart;
-}
-
-function logarithmicRange(low, high) {
-  return low > 0 ? [10 ** Math.floor(Math.log10(low)), 10 ** Math.ceil(Math.log10(high))] : [1e-12, 1];
 }
 
 // the time and the values there; one value where all curves agree
@@ -90,7 +107,96 @@ function readoutText(u, lines) {
   if (idx === null || idx === undefined) return "";
   const shown = lines.map((line, i) => ({ ...line, value: u.data[i + 1][idx], on: u.series[i + 1].show }))
     .filter(({ on, quiet, value }) => on && !quiet && value !== null && value !== undefined);
+  if (shown.length === 0) return "";
   const texts = shown.map(({ value }) => short(value));
   const values = new Set(texts).size === 1 ? texts[0] : shown.map(({ label }, i) => `${label} ${texts[i]}`).join(", ");
   return `t = ${u.data[0][idx].toFixed(2)} s: ${values}`;
+}
+
+// ---- Fingers and keys ----
+
+const strides = { ArrowLeft: -1, ArrowRight: 1, PageDown: -10, PageUp: 10 }; // hundredths of the time drawn
+const zoomsBy = { "+": 0.5, "=": 0.5, "-": 2 };
+
+// a chart as a slider over time: what it says is the readout
+function tellReader(host, u, text) {
+  const { idx } = u.cursor;
+  host.setAttribute("aria-valuenow", idx === null || idx === undefined ? u.scales.x.min : u.data[0][idx]);
+  host.setAttribute("aria-valuetext", text || "no time chosen");
+}
+
+function byHand(chart, host, zoomed) {
+  const [first, last] = [chart.data[0][0], chart.data[0].at(-1)];
+  const within = (from, to) => {
+    const length = Math.min(to - from, last - first);
+    const start = Math.min(Math.max(from, first), last - length);
+    if (length > (last - first) / 1000) zoomed(start, start + length);
+  };
+  host.tabIndex = 0;
+  host.setAttribute("role", "slider");
+  host.setAttribute("aria-label", `${host.querySelector(".still")?.getAttribute("aria-label") ?? "chart"}; arrows read it, plus and minus zoom, 0 shows all`);
+  host.setAttribute("aria-valuemin", first);
+  host.setAttribute("aria-valuemax", last);
+  tellReader(host, chart, "");
+  host.onkeydown = (event) => {
+    const { min, max } = chart.scales.x;
+    const { idx } = chart.cursor;
+    const t = idx === null || idx === undefined ? (min + max) / 2 : chart.data[0][idx];
+    if (event.key in strides) pointAt(chart, Math.min(max, Math.max(min, t + strides[event.key] * (max - min) / 100)));
+    else if (event.key === "Home" || event.key === "End") pointAt(chart, event.key === "Home" ? min : max);
+    else if (event.key in zoomsBy) within(t - (t - min) * zoomsBy[event.key], t + (max - t) * zoomsBy[event.key]);
+    else if (event.key === "0" || event.key === "Escape") zoomed(first, last);
+    else return;
+    event.preventDefault();
+  };
+  const fingers = new Map(); // by pointer: {x, t}, where it is and the time it holds
+  const place = (event) => event.clientX - chart.over.getBoundingClientRect().left;
+  chart.over.addEventListener("pointerdown", (event) => {
+    if (event.pointerType === "touch") fingers.set(event.pointerId, { x: place(event), t: chart.posToVal(place(event), "x") });
+  });
+  chart.over.addEventListener("pointermove", (event) => {
+    if (!fingers.has(event.pointerId)) return;
+    fingers.get(event.pointerId).x = place(event);
+    const [one, other] = fingers.values();
+    if (other === undefined) {
+      pointAt(chart, chart.posToVal(one.x, "x"));
+    } else if (Math.abs(other.x - one.x) > 10) {
+      const perPixel = (other.t - one.t) / (other.x - one.x);
+      const from = one.t - one.x * perPixel;
+      if (perPixel > 0) within(from, from + chart.over.clientWidth * perPixel);
+    }
+  });
+  for (const kind of ["pointerup", "pointercancel"]) chart.over.addEventListener(kind, ({ pointerId }) => fingers.delete(pointerId));
+  chart.over.addEventListener("dblclick", () => zoomed(first, last));
+}
+
+function pointAt(chart, t) {
+  chart.setCursor({ left: chart.valToPos(t, "x"), top: 10 });
+}
+
+// ---- All charts of a part ----
+
+// draws each chart when it comes near the screen, again in other colours, and as wide as there is room
+function whenSeen(part, figures, draw, charts) {
+  const seen = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      if (isIntersecting) {
+        seen.unobserve(target);
+        draw(target);
+      }
+    }
+  }, { rootMargin: "300px" });
+  figures.forEach((figure) => seen.observe(figure));
+  new ResizeObserver(() => {
+    for (const [figure, chart] of charts) {
+      const host = figure.querySelector(".plot");
+      chart.setSize({ width: host.clientWidth, height: host.clientHeight || HEIGHT });
+    }
+  }).observe(part);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    for (const [figure, chart] of [...charts]) {
+      chart.destroy();
+      draw(figure);
+    }
+  });
 }

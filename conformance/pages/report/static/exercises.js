@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The curves of the exercises.
+// The exercises: the curves of one that is open, and the one that the address names.
 "use strict";
 
 const exercises = JSON.parse(document.getElementById("exercise-data").textContent);
@@ -7,13 +7,15 @@ const exercises = JSON.parse(document.getElementById("exercise-data").textConten
 function drawExercise(details) {
   const curves = exercises[details.dataset.exercise];
   const t = unpack(curves.t);
+  const charts = [];
+  const zoomed = (from, to) => charts.forEach((chart) => chart.setScale("x", { min: from, max: to }));
   for (const figure of all(".chart", details)) {
-    const { signal, beside } = figure.dataset;
-    const besides = { reference: () => unpack(curves.reference), theta: () => t.map(() => curves.theta) };
-    makeChart(figure, t, [
+    const { signal, beside, axis: name } = figure.dataset;
+    const besides = { reference: () => unpack(curves.reference), theta: () => unpack(curves.theta) };
+    charts.push(makeChart(figure, t, [
       { label: beside, values: besides[beside](), colour: css("--quiet"), dash: [4, 4], quiet: true },
       { label: signal, values: unpack(curves[signal]), colour: css("--accent") },
-    ], details.id, () => {});
+    ], { group: details.id, zoomed, name }));
   }
 }
 
@@ -22,3 +24,20 @@ for (const details of all(".exercise")) {
     if (details.open && all("canvas", details).length === 0) drawExercise(details);
   });
 }
+
+for (const button of all("[data-play]")) {
+  button.addEventListener("click", () => {
+    playground.set(JSON.parse(button.dataset.play));
+    document.getElementById("playground").scrollIntoView();
+  });
+}
+
+// a link to something that is folded away opens what it is in
+function unfold() {
+  const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  if (!target) return;
+  for (let part = target; part; part = part.parentElement) if (part.tagName === "DETAILS") part.open = true;
+  if (target.tagName === "DETAILS") target.scrollIntoView();
+}
+addEventListener("hashchange", unfold);
+unfold();

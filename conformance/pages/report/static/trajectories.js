@@ -4,13 +4,15 @@
 
 const times = unpack(data.grid);
 const portButtons = all("[data-port].choice");
-const drawn = new Map(); // figure: {chart, lines}
+const drawn = new Map(); // figure: chart
+const linesOn = new Map(); // figure: lines
 let period = [0, data.horizon];
 
-// the curves of a figure, in drawing order: what stands beside, the exact solution, the programs
+// the curves of a figure, in drawing order: what stands beside, the programs, the exact solution
 function linesOf({ signal, beside }) {
   const ports = portButtons.filter((button) => button.dataset.port in data.ports).map((button) => ({
     port: button.dataset.port,
+    label: button.textContent.trim(),
     colour: getComputedStyle(button).getPropertyValue("--colour"),
   }));
   const quiet = { colour: css("--quiet"), dash: [4, 4], width: 1.25, quiet: true };
@@ -23,8 +25,8 @@ function linesOf({ signal, beside }) {
     lines.push(...ports.map(({ port, colour }) => ({ ...quiet, label: "tolerance", port, colour,
       values: constant(data.tolerance[port][state] ?? null) })));
   }
-  lines.push(...group(ports.map(({ port, colour }) => ({ label: port, port, colour,
-    values: positive(unpack(data.ports[port][signal]), signal) }))));
+  lines.push(...group(ports.map((port) => ({ ...port, spanGaps: beside === "tolerance",
+    values: positive(unpack(data.ports[port.port][signal]), signal) }))));
   if (signal in data.exact) {
     lines.push({ label: "exact", values: positive(unpack(data.exact[signal]), signal), colour: css("--text"), width: 0.75 });
   }
@@ -37,23 +39,36 @@ function positive(values, signal) {
 }
 
 function draw(figure) {
+  const { axis: name, logarithmic } = figure.dataset;
   const lines = linesOf(figure.dataset);
-  const chart = makeChart(figure, times, lines, "trajectories", setPeriod);
-  drawn.set(figure, { chart, lines });
-  showPorts(chart, lines);
+  const chart = makeChart(figure, times, lines,
+    { group: "trajectories", zoomed: setPeriod, name, logarithmic: logarithmic !== undefined });
+  drawn.set(figure, chart);
+  linesOn.set(figure, lines);
+  showPorts(figure);
   chart.setScale("x", { min: period[0], max: period[1] });
 }
 
-function showPorts(chart, lines) {
+// of programs that lie on one another the first is drawn, and the legend says which they are
+function showPorts(figure) {
+  const [chart, lines] = [drawn.get(figure), linesOn.get(figure)];
   const shown = portButtons.filter(pressed).map((button) => button.dataset.port);
-  chart.batch(() => lines.forEach((line, i) => {
-    if (line.port === undefined) return;
-    if (line.group !== undefined) {
-      const together = lines.filter(({ group, port }) => group === line.group && shown.includes(port));
-      chart.series[i + 1].dash = interlaced(together.indexOf(line), together.length);
-    }
-    chart.setSeries(i + 1, { show: shown.includes(line.port) });
+  const on = (line) => line.port === undefined || shown.includes(line.port);
+  const programs = lines.filter((line) => line.group !== undefined && on(line));
+  const leaders = programs.filter((line, i) => programs.findIndex(({ group }) => group === line.group) === i);
+  chart.batch(() => lines.forEach((line, i) =>
+    chart.setSeries(i + 1, { show: line.group === undefined ? on(line) : leaders.includes(line) })));
+  figure.querySelector(".keys").replaceChildren(...leaders.map((leader) => {
+    const names = programs.filter(({ group }) => group === leader.group).map(({ label }) => label);
+    const key = Object.assign(document.createElement("span"), { className: "key", textContent: together(names) });
+    key.style.setProperty("--colour", leader.colour);
+    return key;
   }));
+}
+
+function together(names) {
+  if (names.length === 1) return names[0];
+  return names.length > 3 ? `all ${names.length} on one line` : `${names.join(", ")} on one line`;
 }
 
 // marks the curves of programs that lie on one another
@@ -69,7 +84,7 @@ function group(lines) {
 
 function coincide(a, b) {
   const size = a.reduce((largest, value) => Math.max(largest, Math.abs(value)), 0);
-  return a.every((value, i) => Math.abs(value - b[i]) <= 0.01 * size);
+  return a.every((value, i) => value === null || b[i] === null || Math.abs(value - b[i]) <= 0.005 * size);
 }
 
 function setPeriod(from, to) {
@@ -77,37 +92,17 @@ function setPeriod(from, to) {
   period = [from, to];
   document.getElementById("from").value = Number(from.toPrecision(4));
   document.getElementById("to").value = Number(to.toPrecision(4));
-  for (const { chart } of drawn.values()) chart.setScale("x", { min: from, max: to });
+  address.set({ t: from > 0 || to < data.horizon ? `${Number(from.toPrecision(4))}~${Number(to.toPrecision(4))}` : null });
+  for (const chart of drawn.values()) chart.setScale("x", { min: from, max: to });
 }
 
-const charts = all("#trajectories .chart");
-const whenSeen = new IntersectionObserver((entries) => {
-  for (const { target, isIntersecting } of entries) {
-    if (isIntersecting) {
-      whenSeen.unobserve(target);
-      draw(target);
-    }
-  }
-}, { rootMargin: "300px" });
-charts.forEach((figure) => whenSeen.observe(figure));
-
-new ResizeObserver(() => {
-  for (const [figure, { chart }] of drawn) {
-    chart.setSize({ width: figure.querySelector(".plot").clientWidth, height: HEIGHT });
-  }
-}).observe(document.getElementById("trajectories"));
-
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-  for (const [figure, { chart }] of drawn) {
-    chart.destroy();
-    draw(figure);
-  }
-});
+whenSeen(document.getElementById("trajectories"), all("#trajectories .chart"), draw, drawn);
+if (address.get("t")) setPeriod(...address.get("t").split("~").map(Number));
 
 for (const button of portButtons) {
   button.addEventListener("click", () => {
     press(button, !pressed(button));
-    for (const { chart, lines } of drawn.values()) showPorts(chart, lines);
+    for (const figure of drawn.keys()) showPorts(figure);
   });
 }
 for (const id of ["from", "to"]) {
