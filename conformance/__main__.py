@@ -202,13 +202,18 @@ def parser() -> Parser:
         epilog=f"Drawn evenly: {', '.join(f'{name} from {low} to {high}' for name, (low, high, _) in RANGES.items())}; "
         "r is a sine or a cosine. See docs/campaign.md.",
     )
-    random.add_argument("--count", type=positive_count, default=10, help="scenarios (default: 10)")
+    random.add_argument("--count", type=positive_count, default=10, help="scenarios, or plants (default: 10)")
     which = random.add_mutually_exclusive_group()
     which.add_argument("--seed", type=whole_number, default=0, help="of the draw (default: 0)")
     which.add_argument(
         "--own",
         action="store_true",
         help="per program its own: drawn by its source, and those that reach furthest taken",
+    )
+    random.add_argument(
+        "--plants",
+        action="store_true",
+        help="random plants with up to four states: each is written in every language, and judged by its own proof",
     )
     random.add_argument(
         "--jobs", type=positive_count, default=os.cpu_count(), help="runs at a time here (default: one per core)"
@@ -579,6 +584,16 @@ def campaign(arguments: argparse.Namespace) -> int:
     from tqdm import tqdm
 
     from conformance.programs.ports import selected_ports
+
+    if arguments.plants:
+        from conformance.trials import random_plants
+
+        chosen = list(selected_ports(arguments.ports, plant="random"))
+        jobs = arguments.jobs or os.cpu_count() or 1
+        drawn = random_plants.run_plants(arguments.seed, arguments.count, chosen, jobs)
+        found = list(tqdm(drawn, total=arguments.count, unit="plant", disable=None))
+        print(random_plants.report(found, chosen))
+        return 0 if all(one.conforms for one in found) else 1
     from conformance.trials.campaign import FOLDER, draw, prepare_all, report, run_campaign, trial
     from conformance.trials.coverage import own_scenarios
 

@@ -37,12 +37,12 @@ model = 'Chapter17_Lesson1_Simulink_Model';
 
 % The block's code cannot see the variables above: these lines put their values into it.
 parameters = {
-    ['thetaTrue = ' mat2str(thetaTrue) ';']
-    ['k1 = ' mat2str(k1) ';']
-    ['k2 = ' mat2str(k2) ';']
-    ['gamma = ' mat2str(gamma) ';']
-    ['amplitude = ' mat2str(amplitude) ';']
-    ['omega = ' mat2str(omega) ';']
+    ['thetaTrue = ' mat2str(thetaTrue, 17) ';']
+    ['k1 = ' mat2str(k1, 17) ';']
+    ['k2 = ' mat2str(k2, 17) ';']
+    ['gamma = ' mat2str(gamma, 17) ';']
+    ['amplitude = ' mat2str(amplitude, 17) ';']
+    ['omega = ' mat2str(omega, 17) ';']
     };
 
 %% Reference
@@ -99,7 +99,7 @@ closedLoop = [
         add_block('simulink/User-Defined Functions/MATLAB Function', [model '/Adaptive Closed Loop'], ...
                   'Position', [140, 40, 280, 140]);
         add_block('simulink/Continuous/Integrator', [model '/State Integrator'], 'Position', [340, 50, 380, 80], ...
-                  'InitialCondition', mat2str([x1Start; x2Start; thetaHatStart]));
+                  'InitialCondition', mat2str([x1Start; x2Start; thetaHatStart], 17));
         add_block('simulink/Sinks/To Workspace', [model '/State Data'], 'Position', [460, 50, 540, 80], ...
                   'VariableName', 'stateData', 'SaveFormat', 'Structure With Time', 'MaxDataPoints', 'inf');
         add_block('simulink/Sinks/To Workspace', [model '/Reference Data'], 'Position', [310, 100, 395, 130], ...
@@ -114,8 +114,8 @@ closedLoop = [
         add_line(model, 'Adaptive Closed Loop/2', 'Reference Data/1', 'autorouting', 'on');
         add_line(model, 'State Integrator/1', 'State Data/1', 'autorouting', 'on');
         set_param(model, 'SolverType', 'Variable-step', 'Solver', 'ode45', 'StartTime', '0', ...
-                  'StopTime', mat2str(finalTime), 'RelTol', mat2str(relTol), 'AbsTol', mat2str(absTol), ...
-                  'AutoScaleAbsTol', 'off', 'MaxStep', mat2str(maxStep), 'Refine', '1');
+                  'StopTime', mat2str(finalTime, 17), 'RelTol', mat2str(relTol, 17), 'AbsTol', mat2str(absTol, 17), ...
+                  'AutoScaleAbsTol', 'off', 'MaxStep', mat2str(maxStep, 17), 'Refine', '1');
         save_system(model, [model '.slx']);
     end
 
