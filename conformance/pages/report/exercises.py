@@ -3,6 +3,7 @@
 
 import json
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -15,7 +16,7 @@ from markupsafe import Markup
 
 from conformance.judging.trajectory import Array, Trajectory, TrajectoryError, load
 from conformance.pages.exercises import diff
-from conformance.pages.report.curves import ESTIMATE, X1, Panel, packed
+from conformance.pages.report.curves import ESTIMATE, GRID, X1, Panel, packed
 from conformance.pages.report.listing import highlighted_lines
 from conformance.pages.report.picture import Line, picture
 from conformance.programs.ports import ROOT, Port, read_ports
@@ -24,7 +25,7 @@ from conformance.trials.variant import Variant
 from conformance.truth.exact import exact
 
 KILL_MATRIX = ROOT / "build" / "kill-matrix.json"
-POINTS = 301  # of a curve
+SHARES = GRID[::2]  # of the time drawn, closer where the transient is
 EXERCISE_PANELS = (X1, ESTIMATE)
 DRAWN = ("x1", "reference", "theta_hat")
 CLASSES = {"+": "added", "-": "removed"}  # of a line of a diff, by its first character
@@ -57,7 +58,7 @@ def shown(variant: Variant, ports: Iterable[Port]) -> Exercise:
     curves: dict[str, Array] = {}
     if trajectory:
         curves = thinned(trajectory) if variant.refused_by else solved(variant.scenario)
-        curves["theta"] = np.full(POINTS, float(variant.scenario.theta))
+        curves["theta"] = np.full(SHARES.size, float(variant.scenario.theta))
     return Exercise(
         variant=variant,
         diffs=dict(_diffs(variant, here)),
@@ -93,8 +94,8 @@ def _runs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Trajec
 
 
 def thinned(trajectory: Trajectory) -> dict[str, Array]:
-    """Its curves at equal distances, on straight lines between rows, which a fixed step leaves close together."""
-    t = np.linspace(0, trajectory.t[-1], POINTS)
+    """Its curves, on straight lines between rows, which a fixed step leaves close together."""
+    t = SHARES * trajectory.t[-1]
     return {"t": t, **{name: np.interp(t, trajectory.t, trajectory[name]) for name in DRAWN}}
 
 
@@ -105,18 +106,25 @@ def solved(scenario: Scenario) -> dict[str, Array]:
         period = 2 * math.pi / float(scenario.omega)
         horizon = Fraction(round(period * math.ceil(float(horizon) / period), 2))
     solution = exact(replace(scenario, horizon=horizon))
-    t = np.linspace(0, float(horizon), POINTS)
+    t = SHARES * float(horizon)
     found = dict(zip(solution.setting.names, solution.evaluate(t), strict=True)) | {"reference": solution.reference(t)}
     return {"t": t, **{name: found[name] for name in DRAWN}}
 
 
 def marked(rows: Iterable[str], file: str) -> Markup:
     """The lines of a diff as HTML, each in the colours of the language that the file's name tells."""
-    some = list(rows)
+    some = dedented(rows)
     code = highlighted_lines("".join(f"{row[1:]}\n" for row in some), file)
     line = Markup('<span class="line {}"><span class="sign">{}</span>{}\n</span>')
     marks = (CLASSES.get(row[:1], "") for row in some)
     return Markup("").join(line.format(mark, row[:1], text) for row, mark, text in zip(some, marks, code, strict=True))
+
+
+def dedented(rows: Iterable[str]) -> list[str]:
+    """The lines of a diff without their common indentation, and comments two spaces behind the code."""
+    some = [re.sub(r"(?<=\S) {3,}(?=//|#|%|\(\*)", "  ", row) for row in rows]
+    common = min((len(row) - 1 - len(row[1:].lstrip()) for row in some if row[1:].strip()), default=0)
+    return [row[:1] + row[1 + common :] for row in some]
 
 
 def kill_matrix(path: Path = KILL_MATRIX) -> dict[tuple[str, str], dict[str, Any]]:

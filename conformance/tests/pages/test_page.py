@@ -227,9 +227,11 @@ def test_every_exercise_is_on_the_page_in_every_program_that_has_it(html: str) -
         assert part and part.count('class="code diff"') == sum(map(variant.has, PORTS.values())), variant.name
 
 
-@pytest.mark.parametrize("plain", ["- a = 1", "+ a = 2 # (7) it"])
-def test_lines_of_a_diff_keep_their_text(plain: str) -> None:
-    html = str(marked([plain], "program.py"))
+@pytest.mark.parametrize(
+    ("row", "plain"), [("-  a < 1", "-a < 1"), ("+    a = 2     # (7) it", "+a = 2  # (7) it"), ("+", "+")]
+)
+def test_lines_of_a_diff_keep_their_text(row: str, plain: str) -> None:
+    html = str(marked([row], "program.py"))
     assert unescape(re.sub("<[^>]*>", "", html)) == plain + "\n"
     assert {"-": "removed", "+": "added"}[plain[0]] in html
 

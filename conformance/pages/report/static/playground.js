@@ -303,8 +303,18 @@ function update() {
   if (!dragging) settle();
   playground.querySelector(".outcome").textContent = tell(now);
   for (const slider of sliders) showSlider(slider);
-  panels.forEach((chart, figure) => refresh(figure, chart));
-  planes.forEach((figure) => drawPlane(figure));
+  for (const [figure, chart] of panels) if (!dragging || onScreen(figure)) refresh(figure, chart);
+  for (const figure of planes) if (!dragging || onScreen(figure)) drawPlane(figure);
+  if (!dragging) showSetting();
+}
+
+// a chart that is not seen waits for the end of a drag
+function onScreen(figure) {
+  const { top, bottom } = figure.getBoundingClientRect();
+  return bottom > 0 && top < innerHeight;
+}
+
+function showSetting() {
   for (const part of all(".changed", playground)) {
     part.hidden = part.dataset.changed !== `${given.starts[setting.start].reference}/${setting.mistake}`;
   }
@@ -416,7 +426,7 @@ new IntersectionObserver((entries, observer) => {
   }
 }, { rootMargin: "300px" }).observe(playground);
 
-// ---- For tests ----
+// ---- For other parts, and for tests ----
 
 globalThis.playground = {
   set: (to) => change(settingOf(to)),
