@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""The README's table and picture are those of the results."""
+"""The README's table and picture are those of the results; its commands, and those of CONTRIBUTING, can be typed."""
 
+import re
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from conformance.__main__ import parser
 from conformance.judging.checks import Result
 from conformance.judging.verdict import Verdict, judge_all
 from conformance.pages.readme import (
@@ -21,6 +24,7 @@ from conformance.pages.readme import (
     table,
     with_table,
 )
+from conformance.programs.ports import ROOT
 from conformance.tests.under_test import PORTS
 from conformance.theory.scenario import LESSON
 
@@ -92,3 +96,53 @@ def test_table_is_of_the_six_whatever_ports_there_are() -> None:
 
 def test_port_that_did_not_run_has_empty_cells() -> None:
     assert table([Verdict("cpp", "missing")]).splitlines()[-1] == "| cpp |  | missing |  |  |  |"
+
+
+# ---- Commands and links ----
+
+TEXTS = ("README.md", "CONTRIBUTING.md")
+
+
+def commands(text: str, start: str) -> list[list[str]]:
+    """The commands of the blocks of code that begin so, as words, without remarks."""
+    found = re.findall(rf"^    {re.escape(start)} (.*)$", text, flags=re.MULTILINE)
+    return [shlex.split(words, comments=True) for words in found]
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_commands_of_the_harness_are_accepted(name: str) -> None:
+    found = commands((ROOT / name).read_text(), ".venv/bin/conformance")
+    assert found
+    for words in found:
+        if words != ["--help"]:
+            parser().parse_args(words)
+
+
+def test_command_that_there_is_not_would_be_refused() -> None:
+    with pytest.raises(SystemExit):
+        parser().parse_args(commands("    .venv/bin/conformance judge FILE.csv  # no\n", ".venv/bin/conformance")[0])
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_targets_of_make_are_there(name: str) -> None:
+    text = (ROOT / name).read_text()
+    asked = {words[0] for words in commands(text, "make")} | set(re.findall(r"`make (?:-\S+ )?([a-z]+)", text))
+    assert asked and asked <= set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), flags=re.MULTILINE))
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_links_lead_to_files(name: str) -> None:
+    links = re.findall(r"\]\((?!\.\./\.\./|#|https?:)([^)#]+)", (ROOT / name).read_text())
+    assert links and [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_tests_that_contributors_may_run_are_there() -> None:
+    found = re.findall(r"conformance/tests/\S+", (ROOT / "CONTRIBUTING.md").read_text())
+    assert found and all((ROOT / path).exists() for path in found)
+
+
+def test_container_copies_nothing_that_was_made() -> None:
+    kept = (ROOT / ".gitignore").read_text().split()
+    left_out = (ROOT / ".dockerignore").read_text().split()
+    assert {f"/{name}" for name in left_out} == {name for name in kept if name.startswith("/")}
+    assert len((ROOT / "Dockerfile").read_text().splitlines()) <= 10
