@@ -4,6 +4,8 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from textwrap import dedent
+from typing import NamedTuple
 
 from conformance.programs.ports import Port
 
@@ -13,27 +15,17 @@ NOTEBOOK_SECTION = "(* ---- {} ---- *)"
 
 @dataclass(frozen=True)
 class Step:
-    """One of the lesson's steps; it begins at a section's heading or, where `wording` is set, at that statement."""
+    """One of the steps of every program, which begins at the heading of its section; the first has none."""
 
     key: str
     title: str
     section: str = ""
-    wording: str = ""
     optional: bool = False
 
 
 STEPS = (
     Step("notation", "Plant, task and notation"),
-    Step("parameters", "Parameters", "Parameters"),
-    Step("reference", "Reference", "Reference"),
-    Step("virtual-control", "Virtual control", "Controller"),
-    Step("tuning-function", "Tuning function", wording="(5) distance from the virtual control"),
-    Step("update-law", "Update law", wording="(7) update law"),
-    Step("control", "Control", wording="(7) known part"),
-    Step("plant", "Plant", "Closed loop"),
-    Step("integration", "Integration", "Integrate"),
-    Step("csv", "CSV", "Write CSV"),
-    Step("report", "Report", "Report"),
+    *(Step(title.lower().replace(" ", "-"), title, title) for title in SECTIONS),
     Step("figures", "Figures", "Figures", optional=True),
 )
 
@@ -120,6 +112,36 @@ def statements(port: Port, text: str, names: Mapping[str, str] | None = None) ->
     return [(tag, snake(wording), statement(port, text, names)) for text, tag, wording in found if text.strip(" %")]
 
 
+class Tagged(NamedTuple):
+    """A tagged statement as it stands in a program, without its comment: section, a few words, and the code."""
+
+    tag: str
+    wording: str
+    text: str
+
+
+def tagged(port: Port) -> list[Tagged]:
+    """The tagged statements of a program, in order; one of several lines keeps them."""
+    leader, end = (re.escape(part.strip()) for part in port.comment)
+    pattern = re.compile(rf"(?P<text>.*[^ %'].*?) *{leader} *(?P<tag>\(\d+\)) (?P<wording>.*?) *{end}(?P<quote>'?)")
+    lines, found = code(port).splitlines(), []
+    for i, line in enumerate(lines):
+        if match := pattern.fullmatch(line):
+            start = i
+            while re.match(r" *'? *[-+*/] ", lines[start]):
+                start -= 1
+            whole = [*lines[start:i], match["text"] + match["quote"]]
+            text = dedent("\n".join(_unquoted(part) for part in whole)).rstrip()
+            found.append(Tagged(match["tag"], snake(match["wording"]), text))
+    return found
+
+
+def _unquoted(line: str) -> str:
+    """A line without the quotes that make it a text, as in the block of a Simulink model."""
+    quoted = re.fullmatch(r"( *)'(.*)'", line)
+    return quoted[1] + quoted[2] if quoted else line
+
+
 FRAMED = ("Reference", "Controller", "Closed loop")  # the mathematical core
 WORKS = re.compile(  # what computes, decides, or asks the world
     r"(?<!-)[-+*/^?](?!>)|\b(if|else|while|for|switch|match|case|min|max|f?min|f?max|clamp|abs|time|clock|now|rand\w*)\b"
@@ -171,8 +193,8 @@ def cut(port: Port) -> Mapping[str, str]:
     heading = NOTEBOOK_SECTION if port.source_path.suffix == ".nb" else port.section
     begins = {STEPS[0].key: 0}
     for step in STEPS[1:]:
-        mark = step.wording or heading.format(step.section)
-        found = [i for i, line in enumerate(lines) if (mark in line if step.wording else mark == line.strip())]
+        mark = heading.format(step.section)
+        found = [i for i, line in enumerate(lines) if line.strip() == mark]
         if len(found) == 1 and found[0] > max(begins.values()):
             begins[step.key] = found[0]
         elif found or not step.optional:

@@ -2,7 +2,7 @@
 """The programs' code as HTML: one element per line, in the language's colours, light and dark."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 
 from markupsafe import Markup
@@ -17,16 +17,20 @@ from conformance.programs.ports import Port
 from conformance.programs.sources import cut
 
 LANGUAGES = {".m": "matlab", ".nb": "wolfram"}  # where the name does not say which
+NO_NAMES: Mapping[str, str] = {}
 PLAIN = ("", "err", "n", "o", "p", "w", "nn", "nv")  # kinds of tokens that need no colour
 
 
-def highlighted(port: Port) -> dict[str, Markup]:
-    """The code of each step as HTML, one element per line; a port that is not cut into the steps has none."""
+def highlighted(port: Port, names: Mapping[str, str] = NO_NAMES) -> dict[str, Markup]:
+    """The code of each step as HTML, one element per line; a port that is not cut into the steps has none.
+
+    `names` are as those of `highlighted_lines`.
+    """
     try:
         steps = cut(port)
     except ValueError:
         return {}
-    lines = highlighted_lines("".join(steps.values()), port.source)
+    lines = highlighted_lines("".join(steps.values()), port.source, names)
     return {key: listing(text, islice(lines, text.count("\n"))) for key, text in steps.items()}
 
 
@@ -45,8 +49,11 @@ def listing(text: str, lines: Iterable[Markup]) -> Markup:
     return Markup('<pre class="code" style="--common:{}"><code>{}</code></pre>').format(common, html)
 
 
-def highlighted_lines(text: str, file: str) -> Iterator[Markup]:
-    """The lines of a text as HTML without their ends, in the colours of the language that the file's name tells."""
+def highlighted_lines(text: str, file: str, names: Mapping[str, str] = NO_NAMES) -> Iterator[Markup]:
+    """The lines of a text as HTML without their ends, in the colours of the language that the file's name tells.
+
+    `names` are the common names of symbols by the program's: each is marked where it stands in code.
+    """
     line = Markup("")
     for kind, value in lex(text, lexer(file)):
         name = STANDARD_TYPES[next(ancestor for ancestor in reversed(kind.split()) if ancestor in STANDARD_TYPES)]
@@ -56,6 +63,8 @@ def highlighted_lines(text: str, file: str) -> Iterator[Markup]:
                 line = Markup("")
             elif kind in Token.Comment:
                 line += Markup('<span class="{}">{}</span>').format(name, with_sections(part))
+            elif part in names:
+                line += Markup('<span data-symbol="{}">{}</span>').format(names[part], part)
             elif name in PLAIN:
                 line += Markup.escape(part)
             else:

@@ -5,10 +5,9 @@ import base64
 import json
 import re
 import subprocess
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from math import log10
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,6 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from conformance.atomic import write_atomically
-from conformance.judging.checks import Result
 from conformance.judging.trajectory import Array
 from conformance.judging.verdict import Judgement, Verdict, headline
 from conformance.pages.report.curves import (
@@ -28,31 +26,28 @@ from conformance.pages.report.curves import (
     packed,
     pictures,
 )
-from conformance.pages.report.equations import equations
-from conformance.pages.report.exercises import EXERCISE_PANELS, in_order, kill_matrix, shown
-from conformance.pages.report.listing import highlighted, highlighting
+from conformance.pages.report.derivation import steps
+from conformance.pages.report.evidence import against, claims, outcomes
+from conformance.pages.report.exercises import EXERCISE_PANELS, in_order, shown
+from conformance.pages.report.listing import highlighting
+from conformance.pages.report.opening import at_rest, opening
 from conformance.pages.report.playground import playground
+from conformance.pages.report.rows import Part, parts
+from conformance.pages.report.symbols import Notation, Symbol, symbols_of
 from conformance.pages.report.typesetting import MODULES, Typesetter, type_css, version_of
 from conformance.programs.ports import ROOT, Port
-from conformance.programs.sources import STEPS
+from conformance.programs.sources import source
 from conformance.programs.table import engine_and_version
+from conformance.theory.derivation import Derivation, derivation
+from conformance.theory.experiment_file import read_experiment
+from conformance.theory.expressions import negative
 from conformance.theory.scenario import LESSON, Scenario
-from conformance.trials.variant import Variant, read_variants
+from conformance.trials.variant import read_variants
 from conformance.truth.exact import Exact, exact
 
 HERE = Path(__file__).parent
 COLOURS = 8  # in frame.css
 PAGE = ROOT / "build" / "report" / "index.html"
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A result of one program: its figure, short and in words."""
-
-    status: str  # pass, fail or none
-    figure: str
-    words: str
-    weight: float = 0.0  # how near the figure is to its bound, on a logarithmic scale from 0 to 1
 
 
 @dataclass(frozen=True)
@@ -71,9 +66,11 @@ class Program:
     error: str
     code: Mapping[str, Markup]
     diagram: str
+    file: str
+    address: str  # that holds the source
 
 
-NOTHING = Cell("none", "", "not measured")
+ORDER = ("python", "cpp", "java", "matlab", "simulink", "mathematica")  # the lesson's
 
 
 def write_page(path: Path, ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = LESSON) -> None:
@@ -83,48 +80,122 @@ def write_page(path: Path, ports: Mapping[str, Port], judgement: Judgement, scen
 
 def page(ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = LESSON) -> str:
     """The page on these ports, as they were judged, as HTML."""
-    verdicts = {verdict.name: verdict for verdict in judgement.verdicts if verdict.name in ports}
-    programs = [program(port, verdicts[name], i % COLOURS) for i, (name, port) in enumerate(ports.items())]
-    variants = read_variants()
-    exercises = [shown(variant, ports.values()) for variant in in_order(variants.values())]
+    experiment = read_experiment(ROOT / "plants" / "Chapter17_Lesson1.toml")
+    derived = derivation(experiment)
+    notation = Notation(derived)
+    ports = dict(sorted(ports.items(), key=lambda item: ORDER.index(item[0]) if item[0] in ORDER else len(ORDER)))
+    verdicts = {name: next(v for v in judgement.verdicts if v.name == name) for name in ports}
+    shown_parts = parts(experiment, notation, ports.values())
+    programs = [program(port, verdicts[name], i % COLOURS, shown_parts) for i, (name, port) in enumerate(ports.items())]
     solution = exact(scenario)
-    drawn = {v.name: curves(solution, v.trajectory) for v in verdicts.values() if v.trajectory}
-    bounds = {v.name: {state: result.bound for state, result in v.errors.items()} for v in verdicts.values()}
-    play = playground(variants.values(), solution)
+    play = playground(read_variants().values(), solution)
+    environment, typesetter = environment_of(symbols_of(experiment, notation), notation)
+    html = environment.get_template("page.html").render(
+        raw=raw(environment),
+        programs=programs,
+        **facts(list(verdicts.values()), list(ports), judgement),
+        **derivation_shown(derived, notation, shown_parts),
+        title=experiment.title,
+        opening=opening(scenario),
+        rest=at_rest(scenario),
+        parts=shown_parts,
+        **trajectories(list(verdicts.values()), solution),
+        **exercises(ports),
+        playground=play,
+        playground_data=Markup(embedded(play.data)),
+        faces=type_css(),
+        highlighting=Markup(highlighting()),
+        libraries={name: version_of(name.lower()) for name in ("uPlot", "KaTeX")},
+    )
+    return typesetter.filled(html)
+
+
+def environment_of(symbols: Sequence[Symbol], notation: Notation) -> tuple[Environment, Typesetter]:
+    """What the templates are read by, and what sets the equations that they ask for."""
     environment = Environment(
         loader=FileSystemLoader([HERE / "templates", HERE / "static", MODULES / "uplot" / "dist"]),
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    typesetter = environment.filters["math"] = Typesetter()
-    html = environment.get_template("page.html").render(
-        raw=raw(environment),
-        headline=headline(list(verdicts.values())),
-        conforms=all(verdict.conforms for verdict in verdicts.values()),
-        made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        commit=commit(),
-        programs=programs,
-        claims=claims(list(verdicts.values())),
-        pairs=against(list(ports), judgement.pairs),
-        panels=PANELS,
-        error_panels=ERROR_PANELS,
-        points=GRID.size,
-        steps=STEPS,
-        equations=equations(scenario),
-        exercises=exercises,
-        exercise_panels=EXERCISE_PANELS,
-        outcomes=outcomes(in_order(variants.values()), ports),
-        playground=play,
-        playground_data=Markup(embedded(play.data)),
-        highlighting=Markup(highlighting()),
-        drawn=list(drawn),
-        pictures=pictures(solution, drawn, bounds, COLOURS),
-        horizon=f"{float(scenario.horizon):g}",
-        faces=type_css(),
-        libraries={name: version_of(name.lower()) for name in ("uPlot", "KaTeX")},
-        data=Markup(embedded(data(solution, drawn, bounds))),
-        exercise_data=Markup(embedded({exercise.variant.name: exercise.curves for exercise in exercises})),
-    )
-    return typesetter.filled(html)
+    typesetter = Typesetter()
+    names = re.compile(rf"\b({'|'.join(sorted((s.name for s in symbols), key=len, reverse=True))}|Gamma)\b((?:&#39;)*)")
+
+    def set_name(found: re.Match[str]) -> Markup:
+        return typesetter(
+            r"\Gamma" if found[1] == "Gamma" else notation.name(found[1]) + found[2].replace("&#39;", "'"), "inline"
+        )
+
+    environment.filters["math"] = typesetter
+    environment.filters["words"] = lambda text: Markup(names.sub(set_name, str(Markup.escape(text))))
+    environment.globals |= {"symbols": symbols, "notation": notation}
+    return environment, typesetter
+
+
+def facts(verdicts: list[Verdict], ports: list[str], judgement: Judgement) -> dict[str, Any]:
+    """What the verdict and its evidence say."""
+    return {
+        "headline": headline(verdicts),
+        "conforms": all(verdict.conforms for verdict in verdicts),
+        "made": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        "commit": commit(),
+        "claims": claims(verdicts),
+        "pairs": against(ports, judgement.pairs),
+    }
+
+
+def derivation_shown(derived: Derivation, notation: Notation, shown_parts: Sequence[Part]) -> dict[str, Any]:
+    """What the derivation says: the plant, V, each step, the theorem."""
+    e, n = derived.experiment, len(derived.experiment.states)
+    by_name = {equation.name: equation for part in derived.parts for equation in part.equations}
+    zs = [notation.name(f"z{i}") for i in range(1, n + 1)]
+    losses = notation.expression(negative(by_name["V_dot"].expression))
+    gammas = [name for name in (s.name for s in symbols_of(e, notation)) if re.fullmatch(r"gamma\d*", name)]
+    ks = ", ".join(notation.name(f"k{i}") for i in range(1, n + 1))
+    return {
+        "n": n,
+        "states": e.states,
+        "output": e.states[0],
+        "estimates": e.estimates,
+        "unknown": [notation.name(p.name) for p in e.unknown],
+        "tildes": [notation.name(f"{p.name}_tilde") for p in e.unknown],
+        "plant": notation.equations(derived.parts[0].equations[:n]),
+        "lyapunov": notation.equation("V", by_name["V"].expression),
+        "errors": [notation.equation(f"{p.name}_tilde", by_name[f"{p.name}_tilde"].expression) for p in e.unknown],
+        "derivation_steps": steps(derived, notation, shown_parts),
+        "gains": ", ".join([ks, *map(notation.name, gammas)]) + " > 0",
+        "gains_k": ks,
+        "gains_gamma": ", ".join(map(notation.name, gammas)),
+        "zs": ", ".join(zs),
+        "identity": rf"\dot V = -\left({losses}\right) \le 0",
+        "integral": rf"\int_0^\infty \left({losses}\right) dt \le V(0)",
+        "outcome": derived.outcome,
+    }
+
+
+def trajectories(verdicts: list[Verdict], solution: Exact) -> dict[str, Any]:
+    """What the curves are drawn from."""
+    drawn = {v.name: curves(solution, v.trajectory) for v in verdicts if v.trajectory}
+    bounds = {v.name: {state: result.bound for state, result in v.errors.items()} for v in verdicts}
+    return {
+        "panels": PANELS,
+        "error_panels": ERROR_PANELS,
+        "points": GRID.size,
+        "drawn": list(drawn),
+        "pictures": pictures(solution, drawn, bounds, COLOURS),
+        "horizon": f"{solution.setting.horizon:g}",
+        "data": Markup(embedded(data(solution, drawn, bounds))),
+    }
+
+
+def exercises(ports: Mapping[str, Port]) -> dict[str, Any]:
+    """The exercises and mistakes, and which checks refuse them."""
+    variants = in_order(read_variants().values())
+    shown_ones = [shown(variant, ports.values()) for variant in variants]
+    return {
+        "exercises": shown_ones,
+        "exercise_panels": EXERCISE_PANELS,
+        "outcomes": outcomes(variants, ports),
+        "exercise_data": Markup(embedded({exercise.variant.name: exercise.curves for exercise in shown_ones})),
+    }
 
 
 def raw(environment: Environment) -> Any:
@@ -158,7 +229,7 @@ def commit() -> str:
 # ---- Verdict ----
 
 
-def program(port: Port, verdict: Verdict, colour: int) -> Program:
+def program(port: Port, verdict: Verdict, colour: int, shown_parts: Sequence[Part]) -> Program:
     """What the page says of one port."""
     run = port.run()
     state, worst = max(verdict.errors.items(), key=lambda item: item[1].figure / item[1].bound, default=("", None))
@@ -173,8 +244,10 @@ def program(port: Port, verdict: Verdict, colour: int) -> Program:
         licence=licence(port, run),
         run=f"{run['start'][:19].replace('T', ' ')} UTC, {run['seconds']:.2f}\N{NO-BREAK SPACE}s" if run else "",
         error=f"{worst.figure:.1e} in {state}, of {worst.bound:.1e}" if worst else "",
-        code=highlighted(port),
+        code={part.key: part.whole[port.name] for part in shown_parts if port.name in part.whole},
         diagram=diagram(port),
+        file=port.source,
+        address=f"data:text/plain;charset=utf-8;base64,{base64.b64encode(source(port).encode()).decode()}",
     )
 
 
@@ -185,57 +258,6 @@ def licence(port: Port, run: Mapping[str, Any] | None) -> str:
     if run["proprietary"]:
         return "proprietary"
     return "open, in place of a proprietary engine" if any(e.proprietary for e in port.engines) else "open"
-
-
-def claims(verdicts: Sequence[Verdict]) -> list[tuple[str, str, list[Cell]]]:
-    """(claim, section, one cell per program) of every claim that was measured."""
-    order = {result.claim: result.section for verdict in verdicts for result in verdict.results}
-    measured = [{result.claim: cell(result) for result in verdict.results} for verdict in verdicts]
-    return [
-        (claim.replace("-", " "), section, [results.get(claim, NOTHING) for results in measured])
-        for claim, section in order.items()
-    ]
-
-
-def cell(result: Result) -> Cell:
-    """A result as a cell; it weighs 1 at its bound, and 0 six decades below."""
-    share = result.figure / result.bound if result.bound else float(not result.passed)
-    weight = 1 + log10(share) / 6 if 0 < share < 1 else float(share > 0)
-    words = f"{result.figure:.3g}, bound {result.bound:.3g} ({result.bound_from}); {result.where}"
-    return Cell(
-        "pass" if result.passed else "fail",
-        f"{result.figure:.1g}",
-        words,
-        round(max(0.0, weight), 2),
-    )
-
-
-def against(ports: Iterable[str], pairs: Mapping[tuple[str, str], Result]) -> list[tuple[str, str, list[Cell]]]:
-    """(port, "", one cell per port): how far each two are apart, over all states and times."""
-    cells = {frozenset(names): cell(result) for names, result in pairs.items()}
-    itself = Cell("self", "", "itself")
-    return [(a, "", [itself if a == b else cells.get(frozenset((a, b)), NOTHING) for b in ports]) for a in ports]
-
-
-def outcomes(variants: Iterable[Variant], ports: Iterable[str]) -> list[tuple[str, str, list[Cell]]]:
-    """(variant, section, one cell per port): how many checks refuse it, as it must be or not."""
-    found = kill_matrix()
-    return [
-        (variant.title, variant.section, [outcome(variant, found.get((variant.name, port))) for port in ports])
-        for variant in variants
-        if any((variant.name, port) in found for port in ports)
-    ]
-
-
-def outcome(variant: Variant, row: Mapping[str, Any] | None) -> Cell:
-    """What became of a variant in one program: a mistake must be refused by its check, an experiment conform."""
-    if row is None:
-        return Cell("none", "", "the program has no such text")
-    refusals = row["refusals"]
-    as_wanted = variant.refused_by in refusals if variant.refused_by else row["status"] == "pass"
-    words = f"refused by {', '.join(refusals)}" if refusals else "conforms"
-    figure = f"refused {len(refusals)}" if refusals else "conforms"
-    return Cell("pass" if as_wanted else "fail", figure, words)
 
 
 def diagram(port: Port) -> str:

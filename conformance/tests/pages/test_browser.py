@@ -11,6 +11,7 @@ import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -21,7 +22,7 @@ from conformance.pages.report import chromium
 from conformance.pages.report.page import write_page
 from conformance.pages.report.playground import playground, read_questions
 from conformance.programs.ports import SIX, read_ports
-from conformance.programs.sources import cut
+from conformance.programs.sources import source
 from conformance.tests.under_test import PORTS
 from conformance.theory.scenario import LESSON, SCENARIOS
 from conformance.trials.variant import read_variants
@@ -30,7 +31,7 @@ from conformance.truth.exact import exact
 CHROMIUM = chromium()
 QUESTIONS = read_questions()
 PATIENCE = 6  # attempts at what takes longer on a busy machine
-ALL_AT_ONCE = ".step { content-visibility: visible !important } .inspector { position: static !important }"
+ALL_AT_ONCE = ".inspector { position: static !important }"
 WIDE_LIGHT, NARROW_DARK = (1900, 1000, "light"), (360, 740, "dark")  # width, height, colours
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium")
@@ -51,10 +52,15 @@ def browser() -> Iterator[Browser]:
         yield playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
 
 
-def open_page(browser: Browser, path: Path, screen: tuple[int, int, str] = WIDE_LIGHT) -> Opened:
+def open_page(
+    browser: Browser,
+    path: Path,
+    screen: tuple[int, int, str] = WIDE_LIGHT,
+    motion: Literal["reduce", "no-preference"] = "reduce",
+) -> Opened:
     width, height, scheme = screen
     context = browser.new_context(
-        viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
+        viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion=motion
     )
     context.grant_permissions(["clipboard-read", "clipboard-write"])
     opened = Opened(context.new_page())
@@ -129,8 +135,8 @@ def check_screen(page: Page, picture: Path) -> None:
     style = page.add_style_tag(content=ALL_AT_ONCE)
     page.screenshot(path=picture, type="jpeg", quality=80, full_page=True)  # a PNG file takes twice as long
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    listings = {"exclude": [[".code"]]}  # for their contrast see test_page
-    found = Axe().run(page, context=listings, options={"resultTypes": ["violations"]})
+    set_apart = {"exclude": [[".code"], [".katex"]]}  # for the contrast of code see test_page
+    found = Axe().run(page, context=set_apart, options={"resultTypes": ["violations"]})
     assert found.violations_count == 0, found.generate_report()
     style.evaluate("(style) => style.remove()")
 
@@ -235,32 +241,122 @@ def test_dragging_across_a_chart_zooms(page: Page) -> None:
 # ---- Code ----
 
 
-def test_steps_line_up_across_the_columns(page: Page) -> None:
-    rows = page.evaluate(
-        """() => [...document.querySelectorAll('.step')].map((step) =>
-          [...step.querySelectorAll('.column:not([hidden]) h4')].map((head) => head.offsetTop))"""
-    )
-    assert rows and all(len(row) == len(PORTS) and len(set(row)) == 1 for row in rows)
+BOTH = pytest.mark.skipif(not {"java", "matlab"} <= PORTS.keys(), reason="PORTS leaves out java or matlab")
 
 
-@pytest.mark.skipif(not {"java", "matlab"} <= PORTS.keys(), reason="PORTS leaves out java or matlab")
-def test_two_clicks_set_java_beside_matlab(browser: Browser, report: Path) -> None:
+def texts(page: Page, highlight: str) -> list[str]:
+    """What a highlight marks."""
+    found: list[str] = page.evaluate(f"[...(CSS.highlights.get('{highlight}') ?? [])].map(String)")
+    return found
+
+
+def top(page: Page, selector: str) -> float:
+    return float(page.evaluate("(s) => document.querySelector(s).getBoundingClientRect().top", selector))
+
+
+def click_in_place(page: Page, selector: str) -> None:
+    """Click what is in view; Playwright's own click may scroll before."""
+    box = page.locator(selector).bounding_box()
+    assert box
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+
+
+@BOTH
+def test_two_clicks_set_java_beside_matlab_and_mark_what_differs(browser: Browser, report: Path) -> None:
     other = open_page(browser, report, (1300, 900, "light"))
-    other.page.locator("[data-code=matlab]").click()
-    other.page.get_by_role("link", name="Tuning function").first.click()
-    drawn(other.page)
-    columns = [other.page.locator(f"[data-port={port}][data-step=tuning-function]") for port in ("java", "matlab")]
-    boxes = [column.bounding_box() for column in columns]
-    assert all(boxes) and boxes[0]["y"] == boxes[1]["y"] and 0 < boxes[0]["y"] < 900  # type: ignore[index]
-    assert all("tau2 = phi * z1" in column.inner_text() for column in columns)
-    other.page.context.close()
+    page = other.page
+    assert texts(page, "differs") == []
+    page.get_by_role("link", name="Step 2").last.click()
+    before = top(page, "#row-z2")
+    for port in ("java", "matlab"):
+        click_in_place(page, f"[data-code={port}]")
+    assert abs(top(page, "#row-z2") - before) < 2, "the reader's place is lost"
+    boxes = [page.locator(f"#row-tau2 [data-port={port}]").bounding_box() for port in ("java", "matlab")]
+    assert all(boxes) and boxes[0]["y"] == boxes[1]["y"]  # type: ignore[index]
+    assert all(
+        not page.locator(f"#row-tau2 [data-port={port}]").is_visible() for port in PORTS.keys() - {"java", "matlab"}
+    )
+    assert {"final", "K1", "k1"} <= set(texts(page, "differs")) and "tau2" not in texts(page, "differs")
+    assert texts(page, "same").count("tau2") == 4
+    assert page.url.endswith("?compare=java,matlab#row-z1") or "?compare=java,matlab#" in page.url
+    page.reload()
+    assert page.locator("#code [data-code][aria-pressed=true]").all_inner_texts() == ["Java", "MATLAB"]
+    page.locator("#all-languages").click()
+    assert page.locator("#row-tau2 .cell-code:visible").count() == len(PORTS) and "compare" not in page.url
+    page.context.close()
 
 
-def test_copy_gives_the_code_as_it_stands(page: Page) -> None:
+def test_copy_and_download_give_the_whole_program(page: Page) -> None:
     port = next(iter(PORTS.values()))
-    page.locator(f".column[data-port={port.name}][data-step=tuning-function] .copy").click()
+    page.locator(f".copy[data-program={port.name}]").click()
     drawn(page)
-    assert page.evaluate("navigator.clipboard.readText()") == cut(port)["tuning-function"]
+    assert page.evaluate("navigator.clipboard.readText()") == source(port)
+    with page.expect_download() as download:
+        page.locator(f"a[download='{port.source}']").click()
+    assert download.value.path().read_text() == source(port)
+
+
+# ---- Derivation ----
+
+
+def test_statements_stand_in_the_language_that_is_chosen(browser: Browser, report: Path) -> None:
+    name = list(PORTS)[-1]
+    other = open_page(browser, report)
+    page = other.page
+    page.locator("#step-2").scroll_into_view_if_needed()
+    page.locator(f"[data-choose-lead={name}]").click()
+    law = page.locator("#step-2 [data-row=theta_hat_dot] .lead:visible")
+    assert law.get_attribute("data-lead") == name and law.count() == 1
+    assert f"in={name}" in page.url
+    page.reload()
+    assert page.locator("#step-2 [data-row=theta_hat_dot] .lead:visible").get_attribute("data-lead") == name
+    page.context.close()
+
+
+def test_term_points_at_the_statement_that_answers_it(page: Page) -> None:
+    page.locator("#step-2 tr[data-by=u]").first.hover()
+    assert page.locator("#step-2 .statement.lit").get_attribute("data-row") == "u"
+
+
+def test_symbol_lights_up_everywhere_with_its_meaning(page: Page) -> None:
+    page.locator("#step-2 .equation [data-symbol=tau2]").first.hover()
+    lit = page.evaluate("[...document.querySelectorAll('.lit[data-symbol]')].map((place) => place.dataset.symbol)")
+    assert set(lit) == {"tau2"} and len(lit) == page.locator("[data-symbol=tau2]").count() > 2 * len(PORTS)
+    assert page.locator("#meaning").inner_text().endswith("tuning function (7)")
+    page.keyboard.press("Escape")
+    assert not page.locator("#meaning").is_visible() and page.locator(".lit[data-symbol]").count() == 0
+    page.mouse.move(0, 0)
+    page.locator("#symbols button[data-symbol=phi]").focus()
+    assert "regressor" in page.locator("#meaning").inner_text()
+    page.keyboard.press("Escape")
+
+
+@pytest.mark.parametrize("motion", ["reduce", "no-preference"])
+def test_links_land_on_their_target(browser: Browser, report: Path, motion: Literal["reduce", "no-preference"]) -> None:
+    other = open_page(browser, report, motion=motion)
+    page = other.page
+    links = ["#derivation", "#trajectories", "#verdict", "#code", "#row-tau2", "#part-report", "#step-2", "#exercises"]
+    for target in links:
+        page.locator(f"a[href='{target}']").first.evaluate(
+            """(link) => new Promise((done) => {
+                 document.addEventListener("scrollend", done, { once: true });
+                 setTimeout(done, 3000);
+                 link.click();
+               })"""
+        )
+        end = page.evaluate("scrollY + innerHeight >= document.documentElement.scrollHeight - 2")
+        assert 0 <= top(page, target) <= 200 or end, (target, top(page, target))
+    page.context.close()
+
+
+def test_page_without_script_shows_derivation_and_code(browser: Browser, report: Path) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(report.as_uri())
+    assert page.locator("#step-2 [data-row=u] .lead:visible").count() == 1
+    assert page.locator("#row-tau2 .cell-code:visible").count() == len(PORTS)
+    assert page.locator("header svg.picture path.exact").count() == 3
+    context.close()
 
 
 # ---- Charts by hand ----

@@ -11,32 +11,42 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
-from sympy.parsing.sympy_parser import implicit_multiplication, parse_expr, standard_transformations
+from sympy.parsing.sympy_parser import parse_expr
 
 from conformance.judging.checks import Result
 from conformance.judging.trajectory import STATES, load
 from conformance.judging.verdict import judge_file
 from conformance.pages.report.curves import GRID, curves, leaders, signals
-from conformance.pages.report.equations import EQUATIONS
+from conformance.pages.report.evidence import cell, outcome
 from conformance.pages.report.exercises import marked, solved
 from conformance.pages.report.listing import highlighted, highlighting
-from conformance.pages.report.page import HERE, cell, outcome, raw
+from conformance.pages.report.page import HERE, ORDER, derivation_shown, raw
 from conformance.pages.report.picture import BOTTOM, HEIGHT, LEFT, RIGHT, ROOM, TOP, WIDTH, Line, picture
 from conformance.pages.report.playground import PROGRAM, Playground, playground, program_text, references
-from conformance.pages.report.typesetting import NODE
+from conformance.pages.report.rows import Row, parts
+from conformance.pages.report.symbols import Notation
+from conformance.pages.report.typesetting import NODE, typeset
 from conformance.programs.ports import ROOT, Port
-from conformance.programs.sources import STEPS, cut, source, statements
+from conformance.programs.sources import STEPS, cut, source, statements, tagged
 from conformance.tests.under_test import FIRST, PORTS, trajectory_of
+from conformance.theory.derivation import derivation
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import camel
 from conformance.theory.scenario import LESSON
-from conformance.theory.statements import parameters_of
+from conformance.theory.statements import parameters_of, statements_of
 from conformance.trials.variant import read_variants
 from conformance.truth.exact import exact
 
 LARGEST = 3_000_000  # bytes
+LESSON_ADDRESS = "https://github.com/mohammadijoo/Control_and_Robotics_Tutorials"
 
 VARIANTS = read_variants()
+LESSON_FILE = read_experiment(ROOT / "plants" / "Chapter17_Lesson1.toml")
+
+
+def steps(port: Port) -> list[tuple[str, str, str]]:
+    """The tagged statements of a program."""
+    return statements(port, source(port))
 
 
 @pytest.fixture(scope="module")
@@ -51,16 +61,17 @@ def test_page_is_small(html: str) -> None:
 def test_page_names_nothing_outside_of_itself(html: str) -> None:
     addresses = re.findall(r'(?:src|href|action|data)="([^"]*)"', html)
     assert len(addresses) > len(STEPS)
-    assert [address for address in addresses if not address.startswith(("#", "data:"))] == []
+    assert {address for address in addresses if not address.startswith(("#", "data:"))} == {LESSON_ADDRESS}
+    assert html.count(LESSON_ADDRESS) == html.count(f'<a href="{LESSON_ADDRESS}"') == 1
 
 
 def test_every_link_leads_somewhere(html: str) -> None:
     assert set(re.findall(r'href="#([^"]+)"', html)) <= set(re.findall(r'id="([^"]+)"', html))
 
 
-def test_every_program_shows_every_step(html: str) -> None:
-    columns = re.findall(r'class="column" data-port="(\w+)" data-step="([\w-]+)"', html)
-    assert columns == [(port, step.key) for step in STEPS for port in PORTS]
+def test_every_program_shows_every_part_in_the_lessons_order(html: str) -> None:
+    columns = re.findall(r'class="column" data-port="(\w+)" data-part="([\w-]+)"', html)
+    assert columns == [(port, step.key) for step in STEPS for port in ORDER if port in PORTS]
 
 
 def test_text_that_ends_an_element_is_refused(tmp_path: Path) -> None:
@@ -166,47 +177,81 @@ def test_port_without_the_steps_shows_none(tmp_path: Path) -> None:
     assert highlighted(replace(FIRST, folder=tmp_path)) == {}
 
 
-# ---- Equations ----
-
-SPELLED = {  # in an equation: in a program
-    r"\frac{\partial\alpha_1}{\partial x_1}": "alpha1_x1",
-    r"\dot\alpha_1^{\text{known}}": "alpha1_dot_known",
-    r"\dot{\hat\theta}": "theta_hat_dot",
-    r"\hat\theta": "theta_hat",
-    r"\varphi": "phi",
-    r"\ddot r": "r_ddot",
-    r"\dot r": "r_dot",
-    r"\dot x_1": "x1_dot",
-    r"\dot x_2": "x2_dot",
-    r"\sin\omega t": "sin(omega*t)",
-    r"\cos\omega t": "cos(omega*t)",
-}
+# ---- Statements ----
 
 
-def from_latex(latex: str) -> list[sp.Eq]:
-    """The equations of a line."""
-    for symbol, name in SPELLED.items():
-        latex = latex.replace(symbol, f" {name} ")
-    text = re.sub(r"\\(alpha|tau|gamma|theta|omega)", r" \1", latex).replace("A ", "amplitude ").replace("^", "**")
-    text = re.sub(r"\b([a-z]+)_(\d)\b", r"\1\2", text)
-    return [equation(*part.split("=")) for part in text.split(r", \quad ")]
+def from_latex(latex: str) -> sp.Eq:
+    """An equation as it is shown, read by way of the names of its symbols."""
+    symbol = r"\\htmlData\{symbol=(\w+)\}\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\}"
+    text = re.sub(r"\\left|\\right|\\text\{.*\}", "", re.sub(symbol, r" \1 ", latex)).replace("\\,", "*")
+    return equation(*re.sub(r"\\(sin|cos)", r"\1", text).replace("\\ ", "").split("="))
 
 
 def equation(left: str, right: str) -> sp.Eq:
     names = {name: sp.Symbol(name) for name in re.findall(r"[a-z]\w*", f"{left} {right}") if name not in ("sin", "cos")}
-    return sp.Eq(
-        *(parse_expr(side, names, (*standard_transformations, implicit_multiplication)) for side in (left, right))
-    )
+    return sp.Eq(*(parse_expr(side, names) for side in (left, right)))
 
 
-@pytest.mark.parametrize("key", ["reference", "virtual-control", "tuning-function", "update-law", "control", "plant"])
-def test_equations_of_a_step_are_its_statements(key: str) -> None:
-    wanted = [
-        equation(*text.replace("theta_true", "theta").split("=")) for _, _, text in statements(FIRST, cut(FIRST)[key])
+@pytest.fixture(scope="module")
+def rows() -> list[Row]:
+    found = parts(LESSON_FILE, Notation(derivation(LESSON_FILE)), PORTS.values())
+    return [row for part in found for _, rows in part.groups for row in rows]
+
+
+def test_every_statement_has_a_row_with_every_program(rows: list[Row]) -> None:
+    assert [row.name for row in rows] == [s.name for s in (*parameters_of(LESSON_FILE), *statements_of(LESSON_FILE))]
+    assert all(list(row.cells) == list(PORTS) for row in rows)
+
+
+def test_equations_of_the_rows_are_the_statements_of_the_programs(rows: list[Row]) -> None:
+    wanted = [equation(*text.replace("theta_true", "theta").split("=")) for _, _, text in steps(FIRST)]
+    shown = [from_latex(row.equation) for row in rows]
+    assert [e.lhs for e in shown] == [e.lhs for e in wanted]
+    assert all(sp.nsimplify(sp.expand(a.rhs - b.rhs)) == 0 for a, b in zip(shown, wanted, strict=True))
+
+
+def test_code_of_a_row_is_the_programs(rows: list[Row]) -> None:
+    for port in PORTS.values():
+        cells = [unescape(re.sub("<[^>]*>", "", row.cells[port.name])).rstrip("\n") for row in rows]
+        assert cells == [t.text for t in tagged(port)]
+
+
+def test_program_that_lacks_a_statement_leaves_its_cell_empty(tmp_path: Path) -> None:
+    law = next(line for line in source(FIRST).splitlines(keepends=True) if "(7) update law" in line)
+    (tmp_path / FIRST.source).write_text(source(FIRST).replace(law, ""))
+    found = parts(LESSON_FILE, Notation(derivation(LESSON_FILE)), [replace(FIRST, folder=tmp_path, template="")])
+    missing = [row.name for part in found for _, rows in part.groups for row in rows if not row.cells]
+    assert missing == ["theta_hat_dot"]
+
+
+def test_every_symbol_has_its_meaning_and_section(html: str) -> None:
+    marked, explained = (set(re.findall(rf'data-{kind}="(\w+)"', html)) for kind in ("symbol", "means"))
+    assert {"theta_hat", "tau2", "phi", "u"} <= marked and marked <= explained
+    assert re.search(r'data-means="tau2">.*: tuning function <small>\(7\)</small>', html)
+
+
+def test_terms_of_the_derivation_are_answered_in_their_statements(html: str) -> None:
+    step = html.partition('id="step-2"')[2].partition("</article>")[0]
+    fates = re.findall(r'<tr class="(\w+)"(?: data-by="(\w+)")?>', step)
+    assert fates == [*[("cancels", "u")] * 3, ("stays", ""), ("waits", "tau2"), ("cancels", "theta_hat_dot")]
+    assert {by for _, by in fates if by} <= set(re.findall(r'class="statement" data-row="(\w+)"', step))
+
+
+@pytest.mark.parametrize("plant", ["first_order", "problem_1c", "motor_arm", "problem_5"])
+def test_derivation_of_any_plant_can_be_shown(plant: str) -> None:
+    experiment = read_experiment(ROOT / "plants" / f"{plant}.toml")
+    derived = derivation(experiment)
+    notation = Notation(derived)
+    shown = derivation_shown(derived, notation, parts(experiment, notation, ()))
+    written = [
+        shown["lyapunov"],
+        shown["identity"],
+        *shown["errors"],
+        *(row for s in shown["derivation_steps"] for row in s.tuning),
     ]
-    shown = [found for latex in EQUATIONS[key] for found in from_latex(latex)]
-    assert wanted and [e.lhs for e in shown] == [e.lhs for e in wanted]
-    assert all(sp.expand(a.rhs - b.rhs) == 0 for a, b in zip(shown, wanted, strict=True))
+    written += [text for s in shown["derivation_steps"] for t in s.terms for text in (t.latex, t.answer) if text]
+    assert len(shown["derivation_steps"]) == len(experiment.states)
+    assert len(typeset([(latex, "inline") for latex in written])) == len(written)
 
 
 # ---- Exercises ----

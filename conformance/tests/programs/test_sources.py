@@ -7,10 +7,24 @@ from pathlib import Path
 
 import pytest
 
-from conformance.programs.ports import SIX, Port, read_ports, the_six
-from conformance.programs.sources import SECTIONS, STEPS, WORKS, code, cut, frame, sections, snake, source, statements
+from conformance.programs.ports import ROOT, SIX, Port, read_ports, the_six
+from conformance.programs.sources import (
+    SECTIONS,
+    STEPS,
+    WORKS,
+    code,
+    cut,
+    frame,
+    sections,
+    snake,
+    source,
+    statements,
+    tagged,
+)
 from conformance.programs.spelling import spelled_name, spelling_of
+from conformance.programs.writer import write
 from conformance.tests.under_test import FIRST, PORTS
+from conformance.theory.experiment_file import read_experiment
 from conformance.trials.edits import constant_value
 
 ALL = read_ports()
@@ -111,9 +125,9 @@ def test_every_step_stands_once_and_in_order(any_port: Port) -> None:
 @pytest.mark.parametrize("change", ["a step left out", "a step twice", "steps exchanged"])
 def test_steps_that_are_not_the_lessons_are_refused(change: str, tmp_path: Path) -> None:
     text = source(FIRST)
-    law = next(line for line in text.splitlines(keepends=True) if "(7) update law" in line)
-    changed = {"a step left out": "", "a step twice": law + law, "steps exchanged": ""}[change]
-    text = text.replace(law, changed) + (law if change == "steps exchanged" else "")
+    heading = FIRST.section.format("Reference") + "\n"
+    changed = {"a step left out": "", "a step twice": heading + heading, "steps exchanged": ""}[change]
+    text = text.replace(heading, changed) + (heading if change == "steps exchanged" else "")
     (tmp_path / FIRST.source).write_text(text)
     with pytest.raises(ValueError, match="expected it once, after the step before"):
         cut(replace(FIRST, folder=tmp_path))
@@ -233,3 +247,21 @@ def test_figures_show_what_the_lessons_show(name: str) -> None:
 def test_notebook_has_one_input_cell_per_section() -> None:
     styles = re.findall(r'"(Title|Text|Section|Input)"\]', source(ALL["mathematica"]))
     assert styles == ["Title", "Text", *["Section", "Input"] * (len(SECTIONS) + 1)]
+
+
+@every_port
+def test_statements_are_found_as_they_stand(any_port: Port) -> None:
+    found = tagged(any_port)
+    assert [t[:2] for t in found] == [s[:2] for s in statements(any_port, code(any_port))]
+    assert all(f"{t.text} " in code(any_port) or f"{t.text}'" in code(any_port) for t in found)
+
+
+@every_port
+def test_statement_of_several_lines_keeps_them(any_port: Port, tmp_path: Path) -> None:
+    if not any_port.template:
+        return
+    written = replace(any_port, folder=tmp_path)
+    written.source_path.write_text(write(read_experiment(ROOT / "plants" / "problem_1c.toml"), any_port))
+    control = next(t for t in tagged(written) if t.wording == "control").text.splitlines()
+    assert len(control) > 1 and "=" in control[0] and control[1].lstrip().startswith(("+", "-"))
+    assert not any("'" in line for line in control)

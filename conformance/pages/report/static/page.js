@@ -18,8 +18,19 @@ const address = {
       const found = new URLSearchParams(location.search);
       for (const [name, value] of Object.entries(address.pending)) value === null ? found.delete(name) : found.set(name, value);
       address.pending = {};
-      const text = found.toString();
+      const text = found.toString().replaceAll("%2C", ",");
       history.replaceState(null, "", `${location.pathname}${text && `?${text}`}${location.hash}`);
     }, 150);
   },
 };
+
+// what the reader reads stays where it is while the page above it changes its height
+function keepingPlace(change) {
+  const below = all(".row, .stage, .whole, figure, h2").find((place) => place.getBoundingClientRect().bottom > 140);
+  const before = below?.getBoundingClientRect().top;
+  const { style } = document.documentElement;
+  style.overflowAnchor = "none"; // or some browsers would move the page a second time
+  change();
+  if (below !== undefined && scrollY > 0) scrollBy({ top: below.getBoundingClientRect().top - before, behavior: "instant" });
+  requestAnimationFrame(() => requestAnimationFrame(() => { style.overflowAnchor = ""; }));
+}

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Linked symbols: pointing at one lights it up wherever it stands, and says what it means.
+"use strict";
+
+const meaning = document.getElementById("meaning");
+const meanings = new Map(all("#symbols [data-means]").map((entry) => [entry.dataset.means, entry]));
+
+function light(name, at) {
+  for (const place of all("[data-symbol].lit")) place.classList.remove("lit");
+  const entry = meanings.get(name);
+  meaning.hidden = entry === undefined;
+  if (entry === undefined) return;
+  for (const place of all(`[data-symbol="${name}"]`)) place.classList.add("lit");
+  meaning.replaceChildren(...entry.cloneNode(true).childNodes);
+  const { left, bottom, top } = at.getBoundingClientRect();
+  const { width, height } = meaning.getBoundingClientRect();
+  meaning.style.left = `${Math.max(8, Math.min(left, innerWidth - width - 8))}px`;
+  meaning.style.top = `${bottom + height + 12 > innerHeight ? top - height - 8 : bottom + 8}px`;
+}
+
+const symbolAt = (event) => event.target.closest?.("[data-symbol]");
+for (const event of ["pointerover", "focusin"]) {
+  document.addEventListener(event, (happened) => {
+    const place = symbolAt(happened);
+    light(place?.dataset.symbol, place);
+  });
+}
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape") light(undefined);
+});
+
+// one of the list of symbols is in the order of tabs; the arrow keys move within
+const listed = all("#symbols button");
+listed.forEach((button, i) => {
+  button.tabIndex = i === 0 ? 0 : -1;
+  button.addEventListener("keydown", (event) => {
+    const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+    if (step === undefined) return;
+    event.preventDefault();
+    const to = listed[(i + step + listed.length) % listed.length];
+    button.tabIndex = -1;
+    to.tabIndex = 0;
+    to.focus();
+  });
+});
