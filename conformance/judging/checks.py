@@ -120,7 +120,9 @@ def reference_is_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
     figure, where = largest(logged - log.exact.reference(log.trajectory.t), log.trajectory.t, "reference")
     clock = float(print_error(log.trajectory.t).max() * log.exact.reference_rate)
     printed = min(float(print_error(logged).max()) + clock, COARSEST)
-    return Result("reference-is-the-scenarios", "(10)", figure, rounding + printed, where, "rounding and print")
+    return Result(
+        "reference-is-that-of-the-experiment", "(10)", figure, rounding + printed, where, "rounding and print"
+    )
 
 
 def obeys_its_differential_equation(row: int, name: str) -> Callable[[Measured, Tolerance], Result]:
@@ -171,7 +173,7 @@ def parameters_are_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
     own = value(log.exact, found.name)
     figure = found.nearer if np.isfinite(log.deviation).all() else np.inf
     where = f"times nearer to the solution for {found.name} = {own + found.change:.10g} than for {own:.10g}"
-    return Result("parameters-are-the-scenarios", "(10)", figure, NEARER, where, "more is no chance")
+    return Result("parameters-are-those-of-the-experiment", "(10)", figure, NEARER, where, "more is no chance")
 
 
 # ---- The checklist (15) ----
@@ -385,7 +387,7 @@ def checks_of(states: Sequence[str], unknown: Sequence[str], estimates: Sequence
         ),
         Check(
             reference_is_the_scenarios,
-            ("reference-is-the-scenarios",),
+            ("reference-is-that-of-the-experiment",),
             "another reference, or times that are off by a step",
         ),
         *(
@@ -404,7 +406,7 @@ def checks_of(states: Sequence[str], unknown: Sequence[str], estimates: Sequence
         ),
         Check(
             parameters_are_the_scenarios,
-            ("parameters-are-the-scenarios",),
+            ("parameters-are-those-of-the-experiment",),
             "another value of the parameter or start value that is named",
         ),
         Check(

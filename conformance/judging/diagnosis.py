@@ -572,14 +572,14 @@ def _first_cause(log: Measured, tolerance: Tolerance, claims: set[str]) -> str:
     said = by_log(log, tolerance)
     if said:
         return said
-    if claims == {"reference-is-the-scenarios"}:
+    if claims == {"reference-is-that-of-the-experiment"}:
         return "the column reference is not r(t), though the states are those of r: the column, not the control (12)"
     if claims == {"rows-are-close-enough"}:
         return "the rows are too far apart to be judged between them: log at least every 0.02 s (12)"
     said = by_method(log, steps)
     if said:
         return said
-    said = by_statements(log, steps, before, "reference-is-the-scenarios" not in claims)
+    said = by_statements(log, steps, before, "reference-is-that-of-the-experiment" not in claims)
     if said:
         return said
     lag = _lag(log, tolerance)

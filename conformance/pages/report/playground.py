@@ -324,6 +324,11 @@ class Playground:
         return next(experiment for _, experiment in self.starts.values())
 
     @property
+    def estimate(self) -> str:
+        """The first estimate, in LaTeX, of a plant that has one."""
+        return letter(self.experiment.estimates[0])
+
+    @property
     def titles(self) -> dict[str, Variant]:
         """The mistakes by name, each once."""
         return {mistake.variant.name: mistake.variant for mistake in self.mistakes}
@@ -378,8 +383,16 @@ def references(starts: Mapping[str, tuple[str, Experiment]]) -> dict[str, Experi
     return {name: e for name, (_, e) in starts.items() if reference_name(starts, e) == name}
 
 
-def playground(variants: Iterable[Variant], solution: Exact) -> Playground:
-    """The lesson's, with its problems as further starts."""
+def playground(solution: Exact, variants: Iterable[Variant] = (), plant: Experiment | None = None) -> Playground:
+    """That of a plant, or of the lesson, which has its problems as further starts, mistakes and questions."""
+    if plant is not None:
+        return Playground(
+            starts={plant.name: (plant.title, plant)},
+            sliders=sliders(plant),
+            mistakes=[],
+            questions=[],
+            drawings=list(drawings(plant, solution)),
+        )
     starts = {name: (title, read_experiment(ROOT / "plants" / f"{name}.toml")) for name, title in STARTS.items()}
     experiment = starts[LESSON][1]
     return Playground(

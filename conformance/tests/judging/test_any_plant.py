@@ -109,7 +109,7 @@ def test_it_is_designed_proven_and_its_trajectory_conforms(name: str, tmp_path: 
     assert sum(claim.startswith("z") for claim in claims) == n
     assert [claim for claim in claims if "estimate" in claim] == ["estimate-stays-bounded"] * bool(p)
     assert list(verdict.errors) == [*e.states, *e.estimates]
-    assert not {"parameters-are-the-scenarios"} & set(claims)
+    assert not {"parameters-are-those-of-the-experiment"} & set(claims)
 
 
 # ---- What is wrong is refused, by the check that it belongs to ----
@@ -162,7 +162,7 @@ def test_what_is_wrong_is_refused_by_its_check(case: str, tmp_path: Path) -> Non
 
 def test_another_reference_is_refused(tmp_path: Path) -> None:
     verdict = judged(experiment("khalil"), tmp_path, lambda formulas: formulas.update(r=sp.Rational(1, 9)))
-    assert "reference-is-the-scenarios (10) FAILS" in verdict.reason
+    assert "reference-is-that-of-the-experiment (10) FAILS" in verdict.reason
 
 
 def changed(name: str, folder: Path, change: Callable[[np.ndarray], None]) -> list[str]:

@@ -151,7 +151,7 @@ CORRUPTIONS: dict[str, tuple[str, Callable[[], str | bytes]]] = {
     # refused by a check: its claim
     "columns swapped under their names": ("x1-equals-the-exact-solution", lambda: changed(x1=X2, x2=X1)),
     "every row a step late": (
-        "reference-is-the-scenarios",
+        "reference-is-that-of-the-experiment",
         lambda: changed(x1=late(X1), x2=late(X2), theta_hat=late(THETA_HAT), reference=late(REFERENCE)),
     ),
     "states a step late": (
@@ -181,12 +181,12 @@ CORRUPTIONS: dict[str, tuple[str, Callable[[], str | bytes]]] = {
     ),
     "an estimate that runs away": ("estimate-stays-bounded", lambda: changed(theta_hat=THETA_HAT + UNIFORM)),
     "another start, within the tolerance": (
-        "parameters-are-the-scenarios",
+        "parameters-are-those-of-the-experiment",
         lambda: text(logged(UNIFORM, dop853(x2_start=-0.5000001))),
     ),
     "another start": ("x2-equals-the-exact-solution", lambda: text(other_start())),
     "rows left out": ("rows-are-close-enough", lambda: "".join([*LINES[:20], *LINES[120:]])),
-    "another reference": ("reference-is-the-scenarios", lambda: changed(reference=1.001 * REFERENCE)),
+    "another reference": ("reference-is-that-of-the-experiment", lambda: changed(reference=1.001 * REFERENCE)),
     "an x1 that never settles": ("z1-approaches-zero", lambda: changed(x1=X1 + 1e-4 * np.sin(UNIFORM))),
     "an x2 that never settles": ("z2-approaches-zero", lambda: changed(x2=X2 + 1e-4 * np.sin(UNIFORM))),
     "a jump of x2": ("x2-obeys-its-differential-equation", lambda: changed(x2=X2 + 1e-5 * (ROWS > 3000))),

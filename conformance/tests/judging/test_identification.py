@@ -100,7 +100,7 @@ def test_validate_prints_what_the_log_implies_or_names_what_it_is(told: Callable
 def test_log_within_tolerance_for_another_gamma_is_refused(told: Callable[[Array], str], logs: Array) -> None:
     other = solutions(EXACT, ["gamma"], np.array([3e-7]), T)[:, 0]
     assert np.abs(measured(other).deviation).max() < min(CONTRACT)
-    assert "parameters-are-the-scenarios (10) FAILS" in told(other)
+    assert "parameters-are-those-of-the-experiment (10) FAILS" in told(other)
 
 
 def test_other_experiment_is_judged_by_its_own_parameters() -> None:

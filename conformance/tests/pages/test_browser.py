@@ -476,7 +476,7 @@ def test_playground_passes_every_check(page: Page, begin: str, scenario: str, tm
 
 
 def test_mistake_in_the_playground_is_refused_and_shows_its_code(page: Page, tmp_path: Path) -> None:
-    titles = playground(read_variants().values(), exact(LESSON)).titles
+    titles = playground(exact(LESSON), read_variants().values()).titles
     mistakes = [name for name, variant in titles.items() if variant.scenario.wave == LESSON.wave]
     assert len(mistakes) > 3
     changed, outcome = page.locator("#playground .changed:visible"), page.locator("#playground .outcome")

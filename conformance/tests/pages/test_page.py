@@ -353,7 +353,7 @@ OTHERS = ("problem_5", "khalil", "first_order", "motor_arm")  # a full Gamma, no
 
 @pytest.fixture(scope="module")
 def lessons() -> Playground:
-    return playground(VARIANTS.values(), exact(LESSON))
+    return playground(exact(LESSON), VARIANTS.values())
 
 
 def test_playgrounds_statements_are_the_programs(lessons: Playground) -> None:
@@ -403,6 +403,11 @@ def test_playgrounds_program_of_any_plant_passes_every_check(plant: str, tmp_pat
     assert verdict.conforms, verdict.reason
     solution = exact(experiment)
     log = load(path, float(experiment.horizon), solution.setting.names)
+    shown = playground(solution, plant=experiment)
+    assert [start["constants"].keys() for start in shown.data["starts"].values()] == [
+        {c.name for c in parameters_of(experiment)} - {"final_time"}
+    ]
+    assert len(shown.drawings) == 9 - 2 * (not experiment.unknown) - (len(experiment.states) < 2)
     wanted = signals(solution, log.t[:50], log.states[:, :50])
     for name in ("u", "V", "V_dot", "z1"):
         assert [row[name] for row in found] == pytest.approx(wanted[name], rel=1e-9, abs=1e-12), name

@@ -82,7 +82,7 @@ function makeChart(figure, times, lines, { group, zoomed, logarithmic = false, n
     cursor: { sync: { key: group }, y: false, points: { size: 5 }, drag: { x: true, y: false, uni: 10 } },
     scales: { x: { time: false, range: (u, from, to) => [from, to] }, y: { distr: logarithmic ? 3 : 1, range: (u, low, high) => round(...reach(u, low, high)) } },
     axes: [axis("t (s)", 26, 60),
-           { ...axis(name, name ? 52 : 50, 34),
+           { ...axis(name, 60, 34),
              ...(logarithmic ? { splits: decades, values: powers, filter: (u, splits) => splits } : { values: (u, splits) => splits.map(tidy) }) }],
     series: [{}, ...lines.map(({ label, colour, width = 1.75, dash = [], fill, fillTo, spanGaps = false }) =>
       ({ label, stroke: colour, width, dash, fill, fillTo, points: { show: false }, spanGaps }))],

@@ -244,7 +244,8 @@ function roundValues(low, high) {
 // one signal against another, and the level set V = V(0), which no run of the right program leaves
 function drawPlane(figure) {
   const { signals: [across, up], axes } = kindOf(figure);
-  const [w, h, left, bottom, edge] = [480, 230, 46, 34, 8];
+  const plot = figure.querySelector(".plot");
+  const [w, h, left, bottom, edge] = [plot.clientWidth, plot.clientHeight, 50, 34, 8];
   const until = now.fails ? LEFT * now.end : given.horizon;
   const shown = (run) => run[across].map((x, i) => [x, run[up][i]]).filter(([x, y], i) => x !== null && y !== null && (run.t[i] <= until || !now.fails && !run.fails));
   const curve = shown(now);
@@ -273,12 +274,10 @@ function drawPlane(figure) {
   const [cx, cy] = place(curve[0]).split(" ");
   parts.push(svg("circle", { cx, cy, r: 3.5, style: "fill:var(--accent)" }));
   parts.push(Object.assign(svg("text", { class: "name", x: w - edge, y: h - 4 }), { textContent: axes[0] }));
-  let host = figure.querySelector(".live");
-  if (!host) {
-    host = svg("svg", { class: "live", viewBox: `0 0 ${w} ${h}`, "aria-hidden": "true" });
-    figure.querySelector(".plot").append(host);
-  }
-  host.replaceChildren(...parts);
+  const live = svg("svg", { class: "live", viewBox: `0 0 ${w} ${h}`, role: "img", "aria-label": plot.dataset.words });
+  live.append(...parts);
+  plot.querySelector(".live")?.remove();
+  plot.append(live);
 }
 
 // half axes of the level set V = V(0) in the plane of z1 and another error
@@ -351,8 +350,9 @@ function showRuns() {
   playground.querySelector(".runs tbody").replaceChildren(...rows.filter(([run]) => run).map(([run, colour, role]) => {
     const row = document.createElement("tr");
     const { settled, max_u: u, estimate, V_end: V, fails, end } = figuresOf(run);
-    const texts = fails ? [`fails at ${end.toFixed(2)} s`, "–", "–", "–"]
-      : [settled === null ? "not yet" : `${settled.toFixed(2)} s`, short(u), estimate === null ? "–" : short(estimate), short(V)];
+    const figures = estimate === null ? [u, V] : [u, estimate, V];
+    const texts = fails ? [`fails at ${end.toFixed(2)} s`, ...figures.map(() => "–")]
+      : [settled === null ? "not yet" : `${settled.toFixed(2)} s`, ...figures.map(short)];
     const head = Object.assign(document.createElement("th"), { scope: "row" });
     const swatch = Object.assign(document.createElement("span"), { className: "swatch" });
     swatch.style.setProperty("--colour", `var(${colour})`);
@@ -419,6 +419,9 @@ const askedPeriod = (address.get("pt") ?? "").split("~").map(Number);
 if (askedPeriod.length === 2 && askedPeriod.every(Number.isFinite) && askedPeriod[0] < askedPeriod[1]) period = askedPeriod;
 
 whenSeen(playground, all(".chart:not(.plane)", playground), drawPanel, panels);
+new ResizeObserver(() => {
+  if (now !== null) planes.forEach((figure) => drawPlane(figure));
+}).observe(playground);
 new IntersectionObserver((entries, observer) => {
   if (entries.some(({ isIntersecting }) => isIntersecting)) {
     observer.disconnect();
