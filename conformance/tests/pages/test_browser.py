@@ -409,6 +409,19 @@ def test_legend_says_which_programs_lie_on_one_another(page: Page) -> None:
     assert "C++, Java on one line" in keys and len(keys) > 2
 
 
+TOO_SMALL = """() => [...document.querySelectorAll("#trajectories, #exercises, #playground")].flatMap((part) =>
+  [...part.querySelectorAll("button, input, summary")].filter((e) => e.checkVisibility())
+    .map((e) => [e, (e.closest("label") ?? e).getBoundingClientRect()])
+    .filter(([, box]) => box.width < 24 || box.height < 24).map(([e]) => e.outerHTML.slice(0, 80)))"""
+
+
+def test_targets_are_large_enough_for_a_finger(page: Page) -> None:
+    assert page.evaluate(TOO_SMALL) == []
+    style = page.add_style_tag(content="#playground .keep { height: 20px; padding: 0 }")
+    assert len(page.evaluate(TOO_SMALL)) == 1
+    style.evaluate("(style) => style.remove()")
+
+
 # ---- Without script, and on paper ----
 
 
