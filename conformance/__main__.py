@@ -143,7 +143,9 @@ def parser() -> Parser:
         description="Make, run and judge every mutant of the programs: some minutes, resumed where interrupted. The "
         "exit status is 1 where one survives without a stated reason.",
     )
-    mutants.add_argument("--list", action="store_true", help="only list them")
+    what = mutants.add_mutually_exclusive_group()
+    what.add_argument("--list", action="store_true", help="only list them")
+    what.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
     diff = commands.add_parser("diff", help="what changed between two results; the exit status is 1 where anything did")
     diff.add_argument("old", type=Path, metavar="OLD.json")
     diff.add_argument("new", type=Path, metavar="NEW.json")
@@ -460,11 +462,17 @@ def mutants(arguments: argparse.Namespace) -> int:
     from conformance.trials import mutants
     from conformance.trials.variant import runnable
 
-    made = [mutant for port in runnable(selected_ports(arguments.ports).values()) for mutant in mutants.mutants(port)]
-    if arguments.list:
-        print("\n".join(mutant.name for mutant in made))
-        return 0
-    found = mutants.fates(made)
+    ports = runnable(selected_ports(arguments.ports).values())
+    if arguments.plant:
+        from conformance.theory.experiment_file import read_experiment
+
+        found = mutants.fates_of_plant(read_experiment(arguments.plant), [port for port in ports if port.template])
+    else:
+        made = [mutant for port in ports for mutant in mutants.mutants(port)]
+        if arguments.list:
+            print("\n".join(mutant.name for mutant in made))
+            return 0
+        found = mutants.fates(made)
     print(mutants.summary(found))
     return 0 if found and not mutants.unexplained(found) else 1
 

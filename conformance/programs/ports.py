@@ -96,7 +96,7 @@ class Port:
     taken: str = ""  # stems that no program can have, since what it runs on has them
     named_by_stem: bool = False  # whether the program has its stem as a name within
     needs: tuple[str, ...] = ()  # further files of its folder that the program needs to run, as patterns
-    drawing: tuple[str, ...] = ()  # the lines that draw the figure, which a variant leaves out
+    drawing: tuple[str, ...] = ()  # how the statements begin that draw the figure, which a variant leaves out
 
     @property
     def source_path(self) -> Path:

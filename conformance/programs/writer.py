@@ -9,6 +9,7 @@ import functools
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
+from itertools import zip_longest
 from pathlib import Path
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
@@ -48,15 +49,20 @@ def write(experiment: Experiment, port: Port) -> str:
     """
     if not port.template:
         raise ValueError(f"{port.name}: found no template, expected one to write a program by; see docs/porting.md")
-    program = Program(experiment, port)
+    program = Program(experiment, port, statements_of(experiment))
     if experiment.name in stems_taken(port) or (port.named_by_stem and experiment.name in program.spelling.common):
         raise ValueError(
             f'name: found "{experiment.name}", which {port.language}, or the program itself, has for something else; '
             "choose another name"
         )
-    text = templates(port).get_template(port.template).render(program=program, **program.given())
+    text = rendered(program)
     prove(experiment, read_back(program, text))
     return text
+
+
+def rendered(program: "Program") -> str:
+    """The text of a program, whatever its statements say."""
+    return templates(program.port).get_template(program.port.template).render(program=program, **program.given())
 
 
 def read_back(program: "Program", text: str) -> list[Statement]:
@@ -64,8 +70,10 @@ def read_back(program: "Program", text: str) -> list[Statement]:
     found = statements(program.port, text, program.spelling.common)
     tagged = {name: expression for name, _, expression in (s.partition("=") for _, _, s in found)}
     names = [s.name for s in program.statements]
-    if [name for name in tagged if name in names] != names:
-        raise ValueError(f"{program.port.name}: found {', '.join(tagged)}, expected {', '.join(names)}")
+    written = [name for name in tagged if name in names]
+    for name, found_there in zip_longest(names, written):
+        if name != found_there:
+            raise ValueError(f"{program.port.name}: found {found_there or 'nothing'}, expected the statement of {name}")
     return [s._replace(expression=read(tagged[s.name])) for s in program.statements]
 
 
@@ -147,9 +155,8 @@ def stems_taken(port: Port) -> frozenset[str]:
 class Program:
     """What a template says of an experiment; names are spelled as the language spells them."""
 
-    def __init__(self, experiment: Experiment, port: Port) -> None:
-        self.experiment, self.port = experiment, port
-        self.statements = statements_of(experiment)
+    def __init__(self, experiment: Experiment, port: Port, statements: Sequence[Statement]) -> None:
+        self.experiment, self.port, self.statements = experiment, port, statements
         self.constants = parameters_of(experiment)
         e = experiment
         constants = [c.name for c in self.constants]

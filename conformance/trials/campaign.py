@@ -123,7 +123,8 @@ def prepare(port: Port) -> Program:
 def trial(scenario: Scenario, program: Program, folder: Path) -> Trial:
     """The trial of a program on a scenario, its figure left out; raises ValueError where an edit does not apply."""
     port, toml = program.port, to_toml(scenario)
-    text = edited(in_scenario(port, scenario), without_drawing(port))
+    text = in_scenario(port, scenario)
+    text = edited(text, without_drawing(port, text))
     key = hashlib.sha256("\0".join((toml, text, program.depends_on)).encode()).hexdigest()
     return Trial(scenario, program, text, folder / hashlib.sha256(toml.encode()).hexdigest()[:16], key)
 

@@ -101,13 +101,19 @@ def _reference(scenario: Scenario) -> list[tuple[str, str]]:
     return statements
 
 
-def without_drawing(port: Port) -> list[Edit]:
-    """What leaves out the figure, which costs more time than the rest of the program.
+def without_drawing(port: Port, text: str) -> list[Edit]:
+    """What leaves out the figure of a program of this port, which costs more time than the rest of it.
 
-    Raises ValueError for a line outside of the section Figures, an import apart: there it would hide what it does.
+    Raises ValueError for a statement outside of the section Figures, an import apart: there it would hide what it does.
     """
-    _, _, figures = source(port).partition(port.section.format("Figures"))
-    for line in port.drawing:
-        if line not in figures and not line.startswith("import "):
-            raise ValueError(f"{port.name}, drawing: {line.strip()!r} stands outside of the section Figures")
-    return [Edit(line, "") for line in port.drawing]
+    _, _, figures = text.partition(port.section.format("Figures"))
+    edits = []
+    for opening in port.drawing:
+        statement = rf"^ *{re.escape(opening)}(?:.*(?:\.\.\.|[,(])\n)*.*\n"  # which may go on in further lines
+        found = re.findall(statement, text, flags=re.MULTILINE)
+        if len(found) != 1 or not (found[0] in figures or found[0].startswith("import ")):
+            raise ValueError(
+                f"{port.name}, drawing: {opening!r} begins no statement of the section Figures, or several"
+            )
+        edits.append(Edit(found[0], ""))
+    return edits

@@ -7,21 +7,25 @@ equivalent_mutants.toml that it computes the same, or is a hole in the checks.
 
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import unified_diff
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 from conformance.judging.verdict import judge_port
-from conformance.programs.ports import ROOT, Port
+from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.table import layout
-from conformance.theory.scenario import LESSON
+from conformance.programs.writer import write
+from conformance.theory.experiments import Experiment
+from conformance.theory.scenario import LESSON, Scenario
 from conformance.trials.edits import in_scenario
 from conformance.trials.kill_matrix import refusals
-from conformance.trials.variant import Job, copy_what_runs, in_tree, job, run_all
+from conformance.trials.variant import Job, copy_what_runs, copy_with_programs, in_tree, job, run_all
 
-SCENARIO = replace(LESSON, horizon=Fraction(1))  # the transient, where every term counts
+HORIZON = Fraction(1)  # s: the transient, where every term counts
+SCENARIO = replace(LESSON, horizon=HORIZON)
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.toml")
 OPPOSITE = {"+": "-", "-": "+", "*": "/", "/": "*"}
 SITE = re.compile(
@@ -59,8 +63,12 @@ class Fate:
 
 
 def mutants(port: Port) -> list[Mutant]:
-    """Every mutant of a port, over the short horizon."""
-    text = in_scenario(port, SCENARIO)
+    """Every mutant of a port's program, over the short horizon."""
+    return mutants_of(port, in_scenario(port, SCENARIO))
+
+
+def mutants_of(port: Port, text: str) -> list[Mutant]:
+    """Every mutant of a text in a port's language."""
     lines = text.splitlines(keepends=True)
     made = []
     for number in _arithmetic(port, text):
@@ -79,12 +87,21 @@ def _arithmetic(port: Port, text: str) -> Iterator[int]:
     begin, end = (text.index(port.section.format(title)) for title in ("Parameters", "Write CSV"))
     integrate = text.index(port.section.format("Integrate"))
     place = 0
-    for number, line in enumerate(text.splitlines(keepends=True)):
+    lines = text.splitlines(keepends=True)
+    for number, line in enumerate(lines):
         if begin <= place < integrate and tagged.search(line):
-            yield number
+            yield from range(number - _lines_before(lines, number), number + 1)
         if integrate <= place < end and step.search(line.partition(port.comment[0])[0]):
             yield number
         place += len(line)
+
+
+def _lines_before(lines: Sequence[str], number: int) -> int:
+    """How many lines a statement has before the one that its tag stands on: each but the first begins with a sign."""
+    count = 0
+    while re.match(r" *'? *[-+*/] ", lines[number - count]):
+        count += 1
+    return count
 
 
 def changes(code: str) -> Iterator[str]:
@@ -110,20 +127,31 @@ def _other(number: str) -> str:
 
 def fates(made: Sequence[Mutant], folder: Path = ROOT / "build" / "mutants") -> list[Fate]:
     """Run what is not up to date, and judge every mutant."""
-    return [_fate(mutant, one) for mutant, one in run(made, folder)]
+    return [_fate(mutant, one, SCENARIO) for mutant, one in run(made, folder)]
 
 
-def run(made: Sequence[Mutant], folder: Path = ROOT / "build" / "mutants") -> list[tuple[Mutant, Job]]:
+def fates_of_plant(experiment: Experiment, ports: Iterable[Port]) -> list[Fate]:
+    """Every mutant of the programs that are written for a plant, over the short horizon; as `fates`."""
+    short = replace(experiment, horizon=HORIZON, facts=())
+    own = read_ports(plant=short.name)
+    made = [mutant for port in ports for mutant in mutants_of(own[port.name], write(short, port))]
+    ran = run(made, ROOT / "build" / "mutants" / short.name, partial(copy_with_programs, short))
+    return [_fate(mutant, one, short) for mutant, one in ran]
+
+
+def run(
+    made: Sequence[Mutant], folder: Path = ROOT / "build" / "mutants", copy: Callable[[Path], None] = copy_what_runs
+) -> list[tuple[Mutant, Job]]:
     """Run what is not up to date; returns each mutant with the job that ran it."""
     jobs = [job(folder / f"{m.port.name}-{number}", m.port, m.text) for number, m in enumerate(made)]
-    run_all(jobs, copy=copy_what_runs)
+    run_all(jobs, copy=copy)
     return list(zip(made, jobs, strict=True))
 
 
-def _fate(mutant: Mutant, one: Job) -> Fate:
+def _fate(mutant: Mutant, one: Job, experiment: Scenario | Experiment) -> Fate:
     if one.timed_out:
         return Fate(mutant, "killed", ("does not end",))
-    verdict = judge_port(in_tree(mutant.port, one.tree), SCENARIO)
+    verdict = judge_port(in_tree(mutant.port, one.tree), experiment)
     by = refusals(verdict)
     return Fate(mutant, "survived" if verdict.conforms else "killed" if by else "invalid", by)
 

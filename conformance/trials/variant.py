@@ -26,6 +26,8 @@ from typing import Any
 
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.run import as_a_user, choose_engine
+from conformance.programs.writer import write_programs
+from conformance.theory.experiments import Experiment
 from conformance.theory.scenario import LESSON, Scenario, scenario
 from conformance.trials.edits import Edit, constant_edit, edited, in_scenario, spelled_edit, without_drawing
 
@@ -183,6 +185,13 @@ def copy_what_runs(destination: Path) -> None:
     _share_environment(destination)
 
 
+def copy_with_programs(experiment: Experiment, tree: Path) -> None:
+    """Copy what runs, and write the programs of an experiment where make has those of a plant."""
+    copy_what_runs(tree)
+    ports = [port for port in read_ports().values() if port.template]
+    write_programs(experiment, ports, tree / "build" / experiment.name / "programs", force=True)
+
+
 def _share_environment(destination: Path) -> None:
     if not (destination / ".venv").exists():
         (destination / ".venv").symlink_to((ROOT / ".venv").resolve())
@@ -228,7 +237,7 @@ def runnable(ports: Iterable[Port]) -> list[Port]:
 
 def job(tree: Path, port: Port, text: str) -> Job:
     """A job; the drawing of the figure is left out."""
-    quick = edited(text, without_drawing(port))
+    quick = edited(text, without_drawing(port, text))
     engine = choose_engine(port)
     program = ROOT / engine.program if "/" in engine.program else Path(shutil.which(engine.program) or "")
     status = program.stat()
@@ -239,7 +248,8 @@ def job(tree: Path, port: Port, text: str) -> Job:
 @functools.cache
 def _runs_on(port: Port) -> str:
     """A digest of what a port runs on, but for its source and the facts that do not change a result."""
-    beside = (path for path in sorted(port.folder.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
+    folder = port.root / port.folder.name
+    beside = (path for path in sorted(folder.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
     paths = [RUNNER, *(path for path in beside if path.name not in ("port.toml", OWN) and path != port.source_path)]
     digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
     return " ".join([*digests, *map(version, PACKAGES)])
@@ -299,9 +309,11 @@ def _run(one: Job, running: set[subprocess.Popen[bytes]], over: Event) -> None:
     shutil.rmtree(one.folder, ignore_errors=True)
     one.folder.mkdir(parents=True)
     with open(one.tree / "build" / f"{one.port.name}.log", "wb") as log:
+        words = ["make", "ALONE=yes", "-o", ".venv/installed", f"PLANT_NAME={one.port.plant}", one.port.name]
+        words = ["make", "ALONE=yes", "-o", ".venv/installed", f"PLANT_NAME={one.port.plant}", one.port.name]
         process = subprocess.Popen(
-            ["make", "ALONE=yes", "-o", ".venv/installed", one.port.name], cwd=one.tree, env=as_a_user(),
-            start_new_session=True, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+            words, cwd=one.tree, env=as_a_user(), start_new_session=True,
+            stdin=subprocess.DEVNULL, stdout=log, stderr=log,
         )  # fmt: skip
         running.add(process)
         if over.is_set():

@@ -3,16 +3,13 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from conformance.programs.ports import ROOT, read_ports, selected_ports
-from conformance.programs.writer import write
 from conformance.tests.under_test import make, write_awk
-from conformance.theory.experiment_file import read_experiment
 
 CopyOfTheTree = Callable[..., Path]
 
@@ -103,11 +100,3 @@ def test_the_ports_of_a_plant_are_those_with_a_template() -> None:
     assert ports["simulink"].csv == ROOT / "build/one/simulink/one_simulink.csv"
     with pytest.raises(ValueError, match="PORTS: awk; the ports are"):
         selected_ports(["awk"], plant="one")
-
-
-def test_what_is_written_wrong_is_not_written() -> None:
-    """The statements are read back from the text and proven: a printer that loses a sign cannot write."""
-    e, port = read_experiment(ROOT / "plants" / "khalil.toml"), read_ports()["cpp"]
-    wrong = replace(port, definition="{name} = -{expression}", statement="const double {};")
-    with pytest.raises(ValueError):
-        write(e, wrong)

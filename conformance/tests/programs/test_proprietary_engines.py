@@ -49,7 +49,8 @@ def tree(tmp_path: Path) -> Path:
     copy_what_runs(root)
     for name in ("matlab", "simulink", "mathematica"):
         port = PORTS[name]
-        text = edited(in_scenario(port, SHORT), without_drawing(port))
+        text = in_scenario(port, SHORT)
+        text = edited(text, without_drawing(port, text))
         (root / port.folder.name / port.source).write_text(text, encoding="utf-8")
     (root / "bin").mkdir()
     for name, text in {"matlab": MATLAB, "wolframscript": WOLFRAM}.items():

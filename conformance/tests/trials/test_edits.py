@@ -6,10 +6,12 @@ from fractions import Fraction
 
 import pytest
 
-from conformance.programs.ports import Port, read_ports
+from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.sources import source, statement
 from conformance.programs.spelling import spelled
+from conformance.programs.writer import write
 from conformance.tests.under_test import PORTS
+from conformance.theory.experiment_file import read_experiment
 from conformance.theory.scenario import LESSON, NUMBERS, SCENARIOS, Scenario
 from conformance.trials.edits import (
     CONSTANT_OF,
@@ -91,8 +93,17 @@ def test_a_decimal_has_a_point_and_no_exponent(value: str) -> None:
 
 
 def test_what_is_left_out_with_the_figure_stands_in_its_section() -> None:
-    hidden = replace(PORTS["python"], drawing=("    z1 = x1 - r  # (5) tracking error\n",))
-    with pytest.raises(ValueError, match="outside of the section Figures"):
-        without_drawing(hidden)
+    hidden = replace(PORTS["python"], drawing=("z1 = x1 - r",))
+    with pytest.raises(ValueError, match="begins no statement of the section Figures"):
+        without_drawing(hidden, source(hidden))
     for port in PORTS.values():
-        assert len(without_drawing(port)) == len(port.drawing)
+        assert len(without_drawing(port, source(port))) == len(port.drawing)
+
+
+def test_statements_that_draw_are_left_out_whole_where_they_are_long() -> None:
+    wing = read_experiment(ROOT / "plants" / "wing_rock.toml")
+    for port in (port for port in ALL.values() if port.drawing):
+        text = write(wing, port)
+        left_out = [edit.old.rstrip() for edit in without_drawing(port, text)]
+        assert all(statement.endswith((")", ");", "as plt")) for statement in left_out), left_out
+        assert any("theta5" in statement or port.name == "simulink" for statement in left_out)
