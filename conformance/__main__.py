@@ -18,17 +18,14 @@ from conformance.atomic import check_output, withdraw, write_atomically, write_o
 from conformance.foreign import plain, regular, shown
 from conformance.places import IN_A_CLONE
 from conformance.theory.numbers import EXACT, exact_number
-from conformance.theory.scenario import RANGES, SCENARIOS
 
 if TYPE_CHECKING:
     from conformance.theory.experiments import Experiment
-    from conformance.theory.scenario import Scenario
 
 GREEN = r"holds(?=:)|(?<=  )pass(?=  )|conforms$"
 RED = r"FAILS(?=:)|(?<=  )(fail|error|missing|stale)(?=  )|does not conform(?=$|:)"
-SCENARIO = f"the experiment: {', '.join(SCENARIOS)}, or a TOML file with a table [scenario] (default: lesson)"
 LARGE = "even if the design has more statements than anyone reads"
-PLANT = "the experiment: a file of any plant, such as plants/problem_1c.toml"
+PLANT = "the experiment: a file such as plants/problem_1c.toml (default: the lesson's)"
 MOST_ROWS = 1_000_000  # that truth prints
 MESSAGE = 1000  # characters of an error
 ANYWHERE = ("certify", "checks", "design", "diff", "truth", "validate")  # what needs no clone of the repository
@@ -110,7 +107,7 @@ def parser() -> Parser:
     check.add_argument(
         "--plant", nargs="+", type=Path, metavar="FILE.toml", help="those that make wrote for these plants"
     )
-    commands.add_parser("checks", help="list every check: its id, which is stable, and what it means")
+    checks = commands.add_parser("checks", help="list every check: its id, which is stable, and what it means")
     commands.add_parser("tolerances", help="write docs/tolerances.md: what each port is held to, and why")
     validate = commands.add_parser(
         "validate",
@@ -191,9 +188,8 @@ def parser() -> Parser:
         "exit status is 0 where it holds, 1 where it does not, 2 where the file is no certificate.",
     )
     certify.add_argument("certificate", type=Path, metavar="FILE")
-    solved = certify.add_mutually_exclusive_group()
-    solved.add_argument("--scenario", help="derive the closed loop of this experiment too: is it what was solved?")
-    solved.add_argument("--plant", type=Path, metavar="FILE.toml", help="the same of any plant's file")
+    of = "derive the closed loop of this experiment too: is it what was solved?"
+    certify.add_argument("--plant", type=Path, metavar="FILE.toml", help=of)
     certify.add_argument("--large", action="store_true", help=LARGE)
     random = commands.add_parser(
         "campaign",
@@ -201,8 +197,7 @@ def parser() -> Parser:
         description="Draw scenarios, run every program on each, and judge each run against the scenario's own proven "
         "solution. What is done is kept and not done again. The exit status is 0 where every run conforms, 1 where one "
         "does not, 2 where the campaign cannot be run.",
-        epilog=f"Drawn evenly: {', '.join(f'{name} from {low} to {high}' for name, (low, high, _) in RANGES.items())}; "
-        "r is a sine or a cosine. See docs/campaign.md.",
+        epilog="docs/campaign.md tells what is drawn, and from which ranges.",
     )
     random.add_argument("--count", type=positive_count, default=10, help="scenarios, or plants (default: 10)")
     which = random.add_mutually_exclusive_group()
@@ -224,10 +219,8 @@ def parser() -> Parser:
     random.add_argument("--folder", type=Path, help="where results are kept (default: build/campaign)")
     for each in (check, variants, mutants, random):
         each.add_argument("--ports", nargs="+", metavar="PORT", help="these alone (default: those of PORTS, or all)")
-    for each in (validate, truth):
-        of = each.add_mutually_exclusive_group()
-        of.add_argument("--scenario", default="lesson", help=SCENARIO)
-        of.add_argument("--plant", type=Path, metavar="FILE.toml", help=PLANT)
+    for each in (validate, truth, checks):
+        each.add_argument("--plant", type=Path, metavar="FILE.toml", help=PLANT)
         each.add_argument("--large", action="store_true", help=LARGE)
     return top
 
@@ -316,7 +309,7 @@ def check(arguments: argparse.Namespace) -> int:
         return 0 if all(one.conforms for one in judged) else 1
     from conformance.judging.verdict import judge_all, summary, write_result
     from conformance.programs.ports import ROOT, selected_ports
-    from conformance.theory.scenario import LESSON
+    from conformance.theory.lesson import LESSON
     from conformance.trials.coverage import with_own_experiments
 
     withdraw(ROOT / "build" / "result.json")
@@ -331,7 +324,7 @@ def print_checks(arguments: argparse.Namespace) -> int:
     """Every check's id and meaning."""
     from conformance.judging.verdict import list_of_checks
 
-    print(list_of_checks())
+    print(list_of_checks(experiment_asked(arguments)))
     return 0
 
 
@@ -344,12 +337,12 @@ def write_tolerances(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def experiment_asked(arguments: argparse.Namespace) -> "Scenario | Experiment":
-    """What --plant or --scenario names; raises FileFault, TooLarge or ValueError."""
+def experiment_asked(arguments: argparse.Namespace) -> "Experiment":
+    """What --plant names, or the lesson's; raises FileFault or TooLarge."""
     if arguments.plant is None:
-        from conformance.theory.scenario import scenario_named
+        from conformance.theory.lesson import LESSON
 
-        return scenario_named(arguments.scenario)
+        return LESSON
     from conformance.theory.experiment_file import read_experiment
     from conformance.theory.statements import statements_of
 
@@ -360,9 +353,8 @@ def experiment_asked(arguments: argparse.Namespace) -> "Scenario | Experiment":
 
 def validate(arguments: argparse.Namespace) -> int:
     """The verdict on a file: what does not hold, its first cause before all; then what holds, with every figure."""
-    scenario_file = None if arguments.scenario in SCENARIOS else Path(arguments.scenario)
     if arguments.json:
-        check_output(arguments.json, arguments.csv, arguments.stdout, arguments.plant or scenario_file)
+        check_output(arguments.json, arguments.csv, arguments.stdout, arguments.plant)
         withdraw(arguments.json)
     for path in filter(None, (arguments.csv, arguments.stdout)):
         regular(path)
@@ -389,7 +381,7 @@ def report(arguments: argparse.Namespace) -> int:
     from conformance.judging.verdict import judge_all
     from conformance.pages.report.page import PAGE, page
     from conformance.programs.ports import selected_ports
-    from conformance.theory.scenario import LESSON
+    from conformance.theory.lesson import LESSON
 
     path, ports = arguments.to or PAGE, selected_ports()
     check_output(path)
@@ -405,7 +397,7 @@ def readme(arguments: argparse.Namespace) -> int:
     from conformance.judging.verdict import judge_all
     from conformance.pages.readme import write_readme
     from conformance.programs.ports import the_six
-    from conformance.theory.scenario import LESSON
+    from conformance.theory.lesson import LESSON
 
     write_readme(judge_all(the_six(), LESSON), the_six())
     return 0
@@ -570,12 +562,12 @@ def check_certificate(arguments: argparse.Namespace) -> int:
     from conformance.truth.deviation import NotProven
 
     found, name = read(arguments.certificate), arguments.certificate.name
-    if arguments.scenario or arguments.plant:
+    if arguments.plant:
         from conformance.truth.certificate import same_problem  # which needs SymPy
         from conformance.truth.experiment import problem
 
         if not same_problem(problem(experiment_asked(arguments)), found):
-            show(f"{name} FAILS: it is of another problem than {arguments.plant or arguments.scenario}")
+            show(f"{name} FAILS: it is of another problem than {arguments.plant}")
             return 1
     try:
         radius = certify(found)
@@ -588,7 +580,7 @@ def check_certificate(arguments: argparse.Namespace) -> int:
 
 
 def campaign(arguments: argparse.Namespace) -> int:
-    """The outcomes of a campaign, counted; what failed comes with the scenario that reproduces it."""
+    """The outcomes of a campaign, counted; what failed comes with the experiment that reproduces it."""
     from tqdm import tqdm
 
     from conformance.programs.ports import selected_ports
@@ -603,16 +595,16 @@ def campaign(arguments: argparse.Namespace) -> int:
         print(random_plants.report(found, chosen))
         return 0 if all(one.conforms for one in found) else 1
     from conformance.trials.campaign import FOLDER, draw, prepare_all, report, run_campaign, trial
-    from conformance.trials.coverage import own_scenarios
+    from conformance.trials.coverage import own_experiments
 
     ports = selected_ports(names=arguments.ports)
     folder = (arguments.folder or FOLDER).resolve()
     programs = prepare_all(ports.values())
     if arguments.own:
-        trials = [trial(one, each, folder) for each in programs for one in own_scenarios(each.port, arguments.count)]
+        trials = [trial(one, each, folder) for each in programs for one in own_experiments(each.port, arguments.count)]
     else:
-        scenarios = [draw(arguments.seed, number) for number in range(arguments.count)]
-        trials = [trial(scenario, program, folder) for scenario in scenarios for program in programs]
+        experiments = [draw(arguments.seed, number) for number in range(arguments.count)]
+        trials = [trial(experiment, program, folder) for experiment in experiments for program in programs]
     outcomes = run_campaign(trials, arguments.scheduler, arguments.jobs or os.cpu_count() or 1)
     done = list(tqdm(outcomes, total=len(trials), unit="run", disable=None))
     print(report(done, folder))

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -27,10 +28,11 @@ from conformance.programs.run import choose_engine, compile_command
 from conformance.programs.table import layout
 from conformance.tests.truth import plants
 from conformance.theory.experiment_file import read_experiment
+from conformance.theory.experiments import starts_of, with_values
 from conformance.theory.faults import FileFault
 from conformance.theory.identity import prove
+from conformance.theory.lesson import LESSON
 from conformance.theory.program import explicit
-from conformance.theory.scenario import LESSON, scenario
 from conformance.theory.statements import statements_of
 from conformance.trials import mutants, named
 from conformance.trials.campaign import Trial, draw, prepare_all, run_campaign, run_program, scratch_tree, trial
@@ -44,7 +46,7 @@ from conformance.truth.sensitivity import sensitivity
 from conformance.truth.truth import Enclosure, InitialValueProblem, ProofEnded, enclose
 
 T = TypeVar("T")
-START = (LESSON.x1_start, LESSON.x2_start, LESSON.theta_hat_start)
+START = tuple(starts_of(LESSON).values())
 
 
 def seconds(command: list[str] | str, folder: Path) -> float:
@@ -120,9 +122,9 @@ CHANGED = (("gamma", 30), ("gamma", 100), ("theta", 20), ("amplitude", 5), ("x1_
 def bench_proofs() -> None:
     """CPU time, steps and radius of proofs, doubles included: the lesson with one parameter changed, other plants."""
     rows: list[tuple[str, ...]] = [("proof", "target", "CPU s", "steps", "radius at most")]
-    scenarios = {"lesson": LESSON}
-    scenarios |= {f"{name} = {v}": scenario({name: v}) for name, v in CHANGED}
-    for name, changed in scenarios.items():
+    experiments = {"lesson": LESSON}
+    experiments |= {f"{name} = {v}": with_values(LESSON, {name: Fraction(v)}) for name, v in CHANGED}
+    for name, changed in experiments.items():
         of = replace(problem(changed), horizon=sp.Rational(LESSON.horizon))
         rows.append((name, "1e-18", *proof_figures(of, 1e-18)))
     for name in plants.PLANTS:
@@ -194,7 +196,7 @@ def bench_validate() -> None:
         whole = min(seconds(command, ROOT) for _ in range(5))
         imports = min(seconds([sys.executable, "-c", READING], ROOT) for _ in range(5))
         work = min(timed(lambda: judge_file(csv, LESSON))[1] for _ in range(10))
-        rows = load(csv, 20.0).t.size
+        rows = load(csv, LESSON).t.size
         funnel = pyfunnel_seconds(csv, folder)
         print(
             f"validate, {rows} rows: {work:.3f} s of work (aim: 0.05 s), process {whole:.2f} s (aim: 0.8 s),", end=" "
@@ -224,7 +226,7 @@ def pyfunnel_seconds(csv: Path, folder: Path) -> float:
     """The time pyfunnel takes to compare the columns with the exact solution at the same times."""
     from pyfunnel import compareAndReport
 
-    log = load(csv, 20.0)
+    log = load(csv, LESSON)
     x1, x2, theta_hat = exact(LESSON).evaluate(log.t)
     r = exact(LESSON).reference(log.t)
     wanted = {"x1": x1, "x2": x2, "theta_hat": theta_hat, "reference": r, "tracking_error": x1 - r}

@@ -5,7 +5,10 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent
+PLANTS = ROOT / "plants"
 IN_A_CLONE = all((ROOT / name).is_file() for name in ("Makefile", "pyproject.toml"))
+
+LESSON = PACKAGE / "lesson.toml"  # the experiment that is meant where none is named
 
 
 def proofs() -> Path:

@@ -11,7 +11,6 @@ from conformance.judging.identification import NEARER, neighbour, value
 from conformance.judging.measured import Measured, interpolate, interpolation_error
 from conformance.judging.trajectory import (
     COARSEST,
-    STATES,
     USUAL,
     Array,
     Trajectory,
@@ -19,7 +18,8 @@ from conformance.judging.trajectory import (
     is_single,
     print_error,
 )
-from conformance.truth.exact import Exact
+from conformance.theory.experiments import Experiment
+from conformance.truth.exact import CONTRACT, Exact
 
 SETTLED = 0.75  # share of the horizon after which the transient is over: 15 s of 20 s
 FOUND = 0.01  # share of its first error that the exact estimate must fall below to be said to approach theta
@@ -30,13 +30,12 @@ MANTISSA = (1 << 52) - 1  # the bits of a double that hold its digits
 DIGITS_15 = 0.5e-14  # half a unit of the 15th significant digit, of a number that begins with 1
 
 Tolerance = tuple[float, ...]  # of states and estimates: how far from the exact solution they may be
-CONTRACT: Tolerance = (1e-6, 1e-6, 1e-6)  # of the lesson's: no program may be further, at any row
 LARGEST_RATIO = 10  # of a port's tolerance to its largest error
 
 
 def contract(exact: Exact) -> Tolerance:
-    """The contract's tolerance: 1e-6 for the lesson's plant, 1e-6 max(1, max |state|) of each state of any other."""
-    return tuple(max(CONTRACT) * unit for unit in exact.units.tolist())
+    """The contract's tolerance: the experiment's own, or else 1e-6 max(1, max |state|) of each state."""
+    return tuple(exact.tolerance.tolist())
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ def largest(values: Array, t: Array, what: str) -> tuple[float, str]:
 def rows_are_close_enough(log: Measured, tolerance: Tolerance) -> Result:
     """Between the rows, the exact solution can be drawn from its values at the rows, to within the contract."""
     figure, where = largest(log.interpolation_error, log.trajectory.t[:-1], "the quintic through the exact rows, after")
-    return Result("rows-are-close-enough", "(10)", figure, max(CONTRACT), where, "the contract")
+    return Result("rows-are-close-enough", "(10)", figure, CONTRACT, where, "the contract")
 
 
 def states_are_in_double_precision(log: Measured, tolerance: Tolerance) -> list[Result]:
@@ -163,17 +162,19 @@ def states_equal_the_exact_solution(log: Measured, tolerance: Tolerance) -> list
     return results
 
 
-def parameters_are_the_scenarios(log: Measured, tolerance: Tolerance) -> Result:
-    """No other value of one parameter or start value explains the log much better than the scenario's own does.
+def parameters_are_the_scenarios(log: Measured, tolerance: Tolerance) -> list[Result]:
+    """No other value of one parameter or start value explains the log much better than the experiment's own does.
 
     The figure: how many times nearer the log is to the solution for that value, to first order in the proven dx/dp. A
     solver's errors look like no change of one parameter; a wrong one is found however small, down to these errors.
     """
+    if not log.exact.sensitivity.columns.size:
+        return []
     found = neighbour(log)
     own = value(log.exact, found.name)
     figure = found.nearer if np.isfinite(log.deviation).all() else np.inf
     where = f"times nearer to the solution for {found.name} = {own + found.change:.10g} than for {own:.10g}"
-    return Result("parameters-are-those-of-the-experiment", "(10)", figure, NEARER, where, "more is no chance")
+    return [Result("parameters-are-those-of-the-experiment", "(10)", figure, NEARER, where, "more is no chance")]
 
 
 # ---- The checklist (15) ----
@@ -314,14 +315,14 @@ def contract_of_ports(
 ) -> list[Result]:
     """The tolerance that port.toml states is at most the contract's, and 10 times what was found; the rows are there.
 
-    `errors` of x1, x2, theta_hat; t, shape (rows,), up to the horizon, s; `wanted` rows, 0 where the solver chooses
+    `errors` of states and estimates; t, shape (rows,), up to the horizon, s; `wanted` rows, 0 where the solver chooses
     them. Where it does not, row i is at t = i h to rounding: a running sum t += h drifts by hundreds of times as much.
     """
     rows = t.size
     loosest = max(tolerance)
     ratio = max(t / max(e, DOUBLE) for t, e in zip(tolerance, errors, strict=True))
     results = [
-        Result("tolerance-keeps-the-contract", "(10)", loosest, max(CONTRACT), "in port.toml", "the contract"),
+        Result("tolerance-keeps-the-contract", "(10)", loosest, CONTRACT, "in port.toml", "the contract"),
         Result("tolerance-is-tight", "(10)", ratio, LARGEST_RATIO, "tolerance in port.toml over error", "the contract"),
     ]
     if wanted:
@@ -360,8 +361,9 @@ def _subjects(unknown: Sequence[str], estimates: Sequence[str]) -> list[tuple[st
     return [("estimate", "theta")] if len(unknown) == 1 else list(zip(estimates, unknown, strict=True))
 
 
-def checks_of(states: Sequence[str], unknown: Sequence[str], estimates: Sequence[str]) -> tuple[Check, ...]:
-    """Every check of a plant with these states, unknown parameters and estimates, in the order of the verdict."""
+def checks_of(experiment: Experiment) -> tuple[Check, ...]:
+    """Every check of an experiment, in the order of the verdict."""
+    states, unknown, estimates = experiment.states, experiment.parameters, experiment.estimates
     n, p = len(states), len(unknown)
     every = (*states, *estimates)
     tuning, gain = f"tau{n}", "gamma" if p == 1 else "Gamma"
@@ -452,29 +454,12 @@ def checks_of(states: Sequence[str], unknown: Sequence[str], estimates: Sequence
     return tuple(check for check in checks if check.claims)  # none on estimates where nothing is unknown
 
 
-CHECKS = checks_of(STATES[:2], ("theta",), STATES[2:])  # of the lesson's plant
-OF_ANYONE = tuple(check for check in CHECKS if check.run is not states_are_in_double_precision)  # digits are no verdict
+def checks_of_anyone(experiment: Experiment) -> tuple[Check, ...]:
+    """The checks of anyone's log, in which digits are no verdict."""
+    return tuple(check for check in checks_of(experiment) if check.run is not states_are_in_double_precision)
 
 
-def checks_of_programs(exact: Exact) -> tuple[Check, ...]:
-    """The checks of a program that is written for a plant: those of anyone's log, and the digits of a double."""
-    setting, anyones = exact.setting, checks_of_anyone(exact)
-    every = checks_of(setting.states, setting.unknown, setting.estimates)
-    runs = {check.run.__name__ for check in anyones} | {states_are_in_double_precision.__name__}
-    return tuple(check for check in every if check.run.__name__ in runs)
-
-
-def checks_of_anyone(exact: Exact) -> tuple[Check, ...]:
-    """The checks of anyone's log; whether another experiment explains it better is known of the lesson's alone."""
-    if exact.is_the_lessons:
-        return OF_ANYONE
-    setting = exact.setting
-    left_out = (states_are_in_double_precision, parameters_are_the_scenarios)
-    every = checks_of(setting.states, setting.unknown, setting.estimates)
-    return tuple(check for check in every if check.run not in left_out)
-
-
-def judge(log: Measured, tolerance: Tolerance, checks: Sequence[Check] = CHECKS) -> list[tuple[Check, Result]]:
+def judge(log: Measured, tolerance: Tolerance, checks: Sequence[Check]) -> list[tuple[Check, Result]]:
     """Every result of every check, in the order of `checks`."""
     with np.errstate(all="ignore"):  # of numbers near 1e308, which no check lets pass
         return [(check, result) for check in checks for result in check(log, tolerance)]

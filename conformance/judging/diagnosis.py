@@ -8,21 +8,26 @@ Hermite-Simpson defects along the log vanish. It is a guess that is checked, and
 import ast
 import functools
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from itertools import permutations
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import islice, pairwise, permutations
+from keyword import iskeyword
 from types import CodeType
-from typing import Any
 
 import numpy as np
 
 from conformance.judging.checks import DOUBLE, Tolerance
 from conformance.judging.measured import Measured
-from conformance.judging.trajectory import STATES, Array, number
-from conformance.theory.scenario import PARAMETERS, SCENARIOS, Scenario
+from conformance.judging.trajectory import Array, number
+from conformance.places import PLANTS
+from conformance.theory.experiment_file import as_written
+from conformance.theory.experiments import INPUT, Experiment
+from conformance.theory.expressions import FUNCTIONS, Name
+from conformance.theory.expressions import text as written_as
+from conformance.theory.reader import read
+from conformance.theory.statements import parameters_of, statements_of
 from conformance.truth.exact import exact
 
-ROWS = ("x1", "x2", "theta_hat")
 STEPS = 1200  # of the log that are looked at, half of them the first
 HUGE = 1e6  # states beyond are not looked at
 RELATIVE = 1e-4  # of a step's move: what the rule itself may miss of it
@@ -35,46 +40,105 @@ FLOOR = 1e-3  # of what is allowed: defects below tell nothing
 FEWEST = 40  # steps
 NEAR = 0.1  # of the exact solution, where the rule misses of the log what it misses of that
 NATURAL = 2e-3  # how near a factor is to 0 or -1 that is said to be it
+MOST_ORDERS = 720  # of columns that are tried
+HIDDEN = "second_estimate"  # of a loop that has two
 WINDOWS = 20
 SMALL = 0.03  # share of the way, in any window, that a method may miss; a wrong term misses more
 
 # ---- The closed loop, as the programs state it ----
 
-REFERENCES = {
-    "sin": (
-        ("r", "amplitude * sin(omega * t + phase)", "(15)"),
-        ("r_dot", "amplitude * omega * cos(omega * t + phase)", "(15)"),
-        ("r_ddot", "-amplitude * omega * omega * sin(omega * t + phase)", "(15)"),
-    ),
-    "cos": (
-        ("r", "amplitude * cos(omega * t + phase)", "(15)"),
-        ("r_dot", "-amplitude * omega * sin(omega * t + phase)", "(15)"),
-        ("r_ddot", "-amplitude * omega * omega * cos(omega * t + phase)", "(15)"),
-    ),
-}
-STATEMENTS = (
-    ("phi", "x1", "(4)"),
-    ("z1", "x1 - r", "(5)"),
-    ("alpha1", "-k1 * z1 - theta_hat * phi + r_dot", "(7)"),
-    ("z2", "x2 - alpha1", "(5)"),
-    ("alpha1_x1", "-k1 - theta_hat", "(7)"),
-    ("tau2", "phi * z1 - alpha1_x1 * phi * z2", "(7)"),
-    ("theta_hat_dot", "gamma * tau2", "(7)"),
-    ("alpha1_dot_known", "alpha1_x1 * (x2 + theta_hat * phi) + k1 * r_dot + r_ddot", "(7)"),
-    ("u", "alpha1_dot_known - z1 - k2 * z2 - phi * theta_hat_dot", "(7)"),
-    ("x1_dot", "x2 + theta * phi", "(7)"),
-    ("x2_dot", "u", "(7)"),
-)
-RATES = ("x1_dot", "x2_dot", "theta_hat_dot")
-CONTROLLER = ("alpha1", "alpha1_x1", "alpha1_dot_known", "u")
-OF_ROW = {"x1_dot": 1, "u": 2, "x2_dot": 2, "tau2": 3, "theta_hat_dot": 3}  # whose terms stand in that row as they are
-EXCHANGES = (("k1", "k2"), ("z1", "z2"), ("x1", "x2"), ("r_dot", "r_ddot"), ("r", "r_dot"))  # of names
-SUBSTITUTES = {
-    "theta_hat": ("theta",), "theta": ("theta_hat",), "x2": ("sin(x2)", "x1"), "x1": ("x2", "sin(x1)"),
-    "k1": ("k2",), "k2": ("k1",), "z1": ("z2",), "z2": ("z1",), "phi": ("1", "x2"), "r": ("r_dot",),
-    "r_dot": ("r", "r_ddot"), "r_ddot": ("r_dot",), "tau2": ("z1", "z2", "(phi * z1)"), "alpha1_x1": ("(-k1)",),
-}  # fmt: skip
-NAMES = {"theta": "theta_true", **{f"{row}_dot": f"{row}'" for row in ROWS}}  # as the listings have them
+Statements = tuple[tuple[str, str], ...]
+FUNCTIONS_OF_ARRAYS = {name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in FUNCTIONS}
+NAME = re.compile(r"\b[A-Za-z]\w*\b(?!\()")
+REFERENCE = re.compile(r"r(_d+ot)?")
+CONTROL = re.compile(rf"{INPUT}|alpha\d\w*")
+SHORTENED = re.compile(
+    r"tau\d\w*|alpha\d+_(?!dot_known)\w+"
+)  # names that may be taken for the first term they stand for
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The closed loop of an experiment in the statements that programs have, as names and Python expressions.
+
+    `states` are those of the plant and behind them the estimates, `numbers` what the statements use by name.
+    """
+
+    experiment: Experiment
+    states: tuple[str, ...]
+    statements: Statements
+    sections: Mapping[str, str]
+    numbers: Mapping[str, float]
+
+    @property
+    def rates(self) -> tuple[str, ...]:
+        """The names of the derivatives of the states."""
+        return tuple(f"{name}_dot" for name in self.states)
+
+    @property
+    def reference(self) -> Statements:
+        """The statements of r and its derivatives."""
+        return tuple((name, text) for name, text in self.statements if REFERENCE.fullmatch(name))
+
+    @property
+    def whole_reference(self) -> str:
+        """The names of r and its derivatives."""
+        return " ".join(name for name, _ in self.reference)
+
+    @property
+    def of_reference(self) -> set[str]:
+        """The constants that stand in the reference."""
+        return {name for _, text in self.reference for name in NAME.findall(text)} & self.numbers.keys()
+
+    def readable(self, text: str) -> str:
+        """An expression in the listings' names."""
+        primed = dict(zip(self.rates, (f"{name}'" for name in self.states), strict=True))
+        return NAME.sub(lambda match: primed.get(match[0], match[0]), text).replace("**", "^")
+
+
+@functools.lru_cache(maxsize=64)
+def loop_of(experiment: Experiment) -> Loop:
+    """The loop as it should be; raises TooLarge."""
+    written = statements_of(experiment)
+    numbers = {parameter.name: float(parameter.value) for parameter in parameters_of(experiment)}
+    return Loop(
+        experiment,
+        experiment.names,
+        tuple((s.name, written_as(s.expression).replace("^", "**")) for s in written),
+        {s.name: s.tag for s in written},
+        {name: value for name, value in numbers.items() if not re.fullmatch(r"\w+_start|final_time", name)},
+    )
+
+
+def exchanged(experiment: Experiment) -> Iterator[tuple[str, str]]:
+    """Gains that may be taken for each other."""
+    yield from pairwise(f"k{i}" for i in range(1, len(experiment.k) + 1))
+
+
+def substitutes(loop: Loop) -> dict[str, list[str]]:
+    """What each name may be taken for."""
+    e = loop.experiment
+    found: dict[str, list[str]] = {}
+    for estimate, parameter in zip(e.estimates, e.parameters, strict=True):
+        found |= {estimate: [f"{parameter}_true"], f"{parameter}_true": [estimate]}
+    for name in e.states:
+        found[name] = [f"sin({name})", *(other for other in e.states if other != name)]
+    for letter in "kz":
+        names = [f"{letter}{i}" for i in range(1, len(e.k) + 1)]
+        found |= {name: [other for other in names if other != name] for name in names}
+    derivatives = [name for name, _ in loop.reference]
+    for a, b in pairwise(derivatives):
+        found.setdefault(a, []).append(b)
+        found.setdefault(b, []).append(a)
+    for name, text in loop.statements:
+        if name.startswith("phi") and loop.sections[name] == "(4)":
+            found[name] = ["1", *(state for state in e.states if state != text)]
+        first = next(iter(summands(text)))
+        if SHORTENED.fullmatch(name) and first != text:
+            errors = [other for other in found if re.fullmatch(r"z\d+", other)]
+            found[name] = [*(errors if name.startswith("tau") else ()), f"({first})"]
+    return found
+
 
 STAGES = (  # of classical RK4, (11)
     ("s2", "f(t + h / 2, y + h / 2 * s1)"),
@@ -89,20 +153,7 @@ METHODS = {
     "classical Runge-Kutta": STAGES,
 }
 
-WHOLE = "r r_dot r_ddot"
-Statements = tuple[tuple[str, str], ...]
-Point = tuple[Array, Array]  # times (rows,) and states (3, rows)
-
-
-def statements(wave: str) -> Statements:
-    """Every statement of the closed loop, as name and expression."""
-    return tuple((name, text) for name, text, _ in (*REFERENCES[wave], *STATEMENTS))
-
-
-def section_of(statement: str) -> str:
-    """The lesson's section of a statement."""
-    sections = {name: section for name, _, section in (*REFERENCES["sin"], *STATEMENTS)}
-    return sections.get(statement, "(15)")
+Point = tuple[Array, Array]  # times (rows,) and states (m, rows)
 
 
 @functools.lru_cache(maxsize=1024)
@@ -111,12 +162,14 @@ def code(some: Statements) -> CodeType:
     return compile("\n".join(f"{name} = {text}" for name, text in some), "statements", "exec")
 
 
-def rates(program: CodeType, numbers: Mapping[str, float], t: Array, states: Array, **hidden: Array) -> Array:
-    """x1', x2' and theta_hat' by the statements, shape (3, rows)."""
-    names: dict[str, object] = {"sin": np.sin, "cos": np.cos, "t": t, **numbers, **hidden}
-    names |= dict(zip(STATES, states, strict=True))
+def rates(
+    loop: Loop, program: CodeType, numbers: Mapping[str, float], t: Array, states: Array, **hidden: Array
+) -> Array:
+    """The derivatives of states and estimates by the statements, shape (m, rows)."""
+    names: dict[str, object] = {**FUNCTIONS_OF_ARRAYS, "t": t, **numbers, **hidden}
+    names |= dict(zip(loop.states, states, strict=True))
     exec(program, names)
-    return np.stack([np.broadcast_to(np.asarray(names[rate], dtype=np.float64), t.shape) for rate in RATES])
+    return np.stack([np.broadcast_to(np.asarray(names[rate], dtype=np.float64), t.shape) for rate in loop.rates])
 
 
 # ---- Hypotheses ----
@@ -127,7 +180,7 @@ class Hypothesis:
     """One change of the statements, and its words, given the number that is free in it.
 
     `free` names that number, to be fitted from `start`; `plain` is a usual mistake, preferred where two explain the log
-    as well; `numbers` replace the scenario's.
+    as well; `numbers` replace the experiment's.
     """
 
     statement: str
@@ -143,9 +196,13 @@ def replaced(some: Statements, name: str, text: str) -> Statements:
     return tuple((each, text if each == name else old) for each, old in some)
 
 
-def readable(text: str) -> str:
-    """An expression in the listings' names."""
-    return re.sub(r"\b[a-z]\w*\b", lambda match: NAMES.get(match[0], match[0]), text)
+def summands(text: str) -> list[str]:
+    """The terms of the sum that an expression is, without their signs but for that of the first."""
+    node, found = ast.parse(text, mode="eval").body, list[str]()
+    while isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
+        found.insert(0, ast.unparse(node.right))
+        node = node.left
+    return [ast.unparse(node), *found]
 
 
 def terms(text: str) -> Iterator[tuple[str, str, str, str]]:
@@ -185,78 +242,83 @@ def numbers_changed(text: str) -> Iterator[str]:
         yield f"{text[: match.start()]}{int(match[0]) + 1}{text[match.end() :]}"
 
 
-def hypotheses(scenario: Scenario) -> Iterator[Hypothesis]:
+def hypotheses(loop: Loop) -> Iterator[Hypothesis]:
     """The mistakes that are known: terms, operators, names, constants, references."""
-    right = statements(scenario.wave)
-    known = {"sin", "t", *STATES, *PARAMETERS}
+    right, names = loop.statements, substitutes(loop)
+    known = {"sin", "t", *loop.states, *loop.numbers}
     for name, text in right:
-        where = f"{readable(name)} {section_of(name)}"
+        where = f"{loop.readable(name)} {loop.sections[name]}"
         for before, sign, bare, after in terms(text):
             some = replaced(right, name, f"{before}(factor * ({bare})){after}")
-            yield Hypothesis(name, some, _say_term(name, where, sign, bare), "factor")
+            yield Hypothesis(name, some, _say_term(loop, name, where, sign, bare), "factor")
         for changed in operators(text):
-            yield Hypothesis(name, replaced(right, name, changed), _say_other(name, where, text, changed))
-        for changed in _substituted(text, known):
-            yield Hypothesis(name, replaced(right, name, changed), _say_other(name, where, text, changed), plain=True)
+            yield Hypothesis(name, replaced(right, name, changed), _say_other(loop, name, text, changed))
+        for changed in _substituted(text, known, names):
+            yield Hypothesis(name, replaced(right, name, changed), _say_other(loop, name, text, changed), plain=True)
         known.add(name)
-    for parameter in PARAMETERS:
-        value = float(getattr(scenario, parameter))
-        yield Hypothesis(parameter, right, _say_parameter(parameter, value), parameter, value, plain=True)
-    for a, b in EXCHANGES[:1]:
-        values = {a: float(getattr(scenario, b)), b: float(getattr(scenario, a))}
+    for name, value in loop.numbers.items():
+        yield Hypothesis(name, right, _say_parameter(name, value), name, value, plain=True)
+    for a, b in exchanged(loop.experiment):
+        values = {a: loop.numbers[b], b: loop.numbers[a]}
         yield Hypothesis(a, right, _say(f"{a} and {b} are exchanged (15)"), plain=True, numbers=values)
-    by_theta = tuple((n, re.sub(r"\btheta_hat\b", "theta", t) if n in CONTROLLER else t) for n, t in right)
-    yield Hypothesis(
-        "u", by_theta, _say("theta_true, which is unknown, stands in the control for theta_hat (16)"), plain=True
-    )
-    yield from _other_references(scenario, right)
+    for p in loop.experiment.unknown:
+        by_theta = tuple(
+            (n, re.sub(rf"\b{p.estimate}\b", f"{p.name}_true", t) if CONTROL.fullmatch(n) else t) for n, t in right
+        )
+        sentence = f"{p.name}_true, which is unknown, stands in the control for {p.estimate} (16)"
+        yield Hypothesis(INPUT, by_theta, _say(sentence), plain=True)
+    yield from _other_references(loop)
     apart = tuple((name, re.sub(r"\bt\b", "(t + apart)", text)) for name, text in right)
-    yield Hypothesis(WHOLE, apart, _say_apart, "apart", 0.0, plain=True)
+    yield Hypothesis(loop.whole_reference, apart, _say_apart, "apart", 0.0, plain=True)
 
 
-def _substituted(text: str, known: set[str]) -> Iterator[str]:
+def _substituted(text: str, known: set[str], names: Mapping[str, Sequence[str]]) -> Iterator[str]:
     """The expression with one name for another, of those that are known before it."""
-    for match in re.finditer(r"\b[a-z]\w*\b(?!\()", text):
-        for other in SUBSTITUTES.get(match[0], ()):
-            if set(re.findall(r"[a-z]\w*", other)) <= known:
+    for match in NAME.finditer(text):
+        for other in names.get(match[0], ()):
+            if set(re.findall(r"[A-Za-z]\w*", other)) <= known:
                 yield text[: match.start()] + other + text[match.end() :]
 
 
-def _other_references(scenario: Scenario, right: Statements) -> Iterator[Hypothesis]:
-    """The derivatives of another reference, or another reference whole: of the waves and the scenarios known."""
-    others = {f"the reference of the experiment {name}": other for name, other in SCENARIOS.items()}
-    others |= {f"a {wave} of this size": Scenario(**{**_numbers(scenario), "wave": wave}) for wave in REFERENCES}
-    derivatives = ("r_dot", "r_ddot")
-    for said, other in others.items():
-        texts = _with_its_numbers(other)
-        for names in (derivatives, ("r", *derivatives), ("r",), ("r_dot",), ("r_ddot",)):
-            some = tuple((name, texts[name] if name in names else text) for name, text in right)
-            sentence = f"{', '.join(names)} {'is that' if len(names) == 1 else 'are those'} of {said} (17)"
-            if some != right:
-                yield Hypothesis(" ".join(names), some, _say(sentence), plain=True)
-
-
-def _with_its_numbers(scenario: Scenario) -> dict[str, str]:
-    """The statements of a scenario's reference, its numbers in place of their names."""
-    numbers = {name: repr(float(getattr(scenario, name))) for name in ("amplitude", "omega", "phase")}
-    return {
-        name: re.sub("amplitude|omega|phase", lambda match: f"({numbers[match[0]]})", text)
-        for name, text, _ in REFERENCES[scenario.wave]
+def _other_references(loop: Loop) -> Iterator[Hypothesis]:
+    """The derivatives of another reference, or another reference whole: of the other wave, and of other experiments."""
+    others = {
+        f"the reference of the experiment {other.name}": _in_numbers(loop_of(other))
+        for other in known_experiments(loop.experiment)
     }
+    for old, new in (("sin", "cos"), ("cos", "sin")):
+        waved = read(written_as(loop.experiment.reference).replace(f"{old}(", f"{new}("))
+        if waved != loop.experiment.reference:
+            others[f"a {new} of this size"] = dict(loop_of(replace(loop.experiment, reference=waved)).reference)
+    names = [name for name, _ in loop.reference]
+    for said, texts in others.items():
+        for some in (names[1:], names, *([name] for name in names)):
+            changed = tuple((name, texts.get(name, "0") if name in some else text) for name, text in loop.statements)
+            sentence = f"{', '.join(some)} {'is that' if len(some) == 1 else 'are those'} of {said} (17)"
+            if changed != loop.statements:
+                yield Hypothesis(" ".join(some), changed, _say(sentence), plain=True)
+
+
+def _in_numbers(loop: Loop) -> dict[str, str]:
+    """The statements of a loop's reference, its numbers in place of their names."""
+    numbers = {name: f"({value!r})" for name, value in loop.numbers.items()}
+    return {name: NAME.sub(lambda match: numbers.get(match[0], match[0]), text) for name, text in loop.reference}
+
+
+def known_experiments(experiment: Experiment) -> list[Experiment]:
+    """Other experiments of the same plant in the gallery."""
+    found = [as_written(path) for path in sorted(PLANTS.glob("*.toml"))]
+    return [other for other in found if other.rows == experiment.rows and other.name != experiment.name]
 
 
 def _say(sentence: str) -> Callable[[float], str]:
     return lambda _: sentence
 
 
-def _numbers(scenario: Scenario) -> dict[str, Any]:
-    return {name: getattr(scenario, name) for name in scenario.__dataclass_fields__}
-
-
-def _say_term(name: str, where: str, sign: str, bare: str) -> Callable[[float], str]:
+def _say_term(loop: Loop, name: str, where: str, sign: str, bare: str) -> Callable[[float], str]:
     """How far a row is off, where the term stands in it as it is; then what is wrong with the term."""
-    row = OF_ROW.get(name)
-    term = "that term" if row else f"the term {sign} {readable(bare)}"
+    row = row_of(loop, name)
+    term = "that term" if row else f"the term {sign} {loop.readable(bare)}"
 
     def say(factor: float) -> str:
         what = f"{term} stands {factor:.4g} times in {where}"
@@ -267,15 +329,25 @@ def _say_term(name: str, where: str, sign: str, bare: str) -> Callable[[float], 
         if not row:
             return what
         scale = (factor - 1) * (-1 if sign == "-" else 1)
-        gamma = "gamma * " if name == "tau2" else ""
-        return f"row {row} is off by {scale:+.3g} {gamma}{readable(bare)}: {what}"
+        gamma = "gamma * " if name.startswith("tau") else ""
+        return f"row {row} is off by {scale:+.3g} {gamma}{loop.readable(bare)}: {what}"
 
     return say
 
 
-def _say_other(name: str, where: str, text: str, changed: str) -> Callable[[float], str]:
-    sentence = f"in {where}, the log obeys {readable(name)} = {readable(changed)}, where {readable(text)} belongs"
-    return _say(sentence)
+def row_of(loop: Loop, name: str) -> int:
+    """The row, from 1, in which the terms of a statement stand as they are; 0 where there is none."""
+    n = len(loop.experiment.states)
+    rows = {rate: i for i, rate in enumerate(loop.rates, 1)} | {INPUT: n}
+    if "gamma" in loop.numbers:
+        p = len(loop.experiment.unknown)
+        rows |= {f"tau{n}" + (f"_{j}" if p > 1 else ""): n + j for j in range(1, p + 1)}
+    return rows.get(name, 0)
+
+
+def _say_other(loop: Loop, name: str, text: str, changed: str) -> Callable[[float], str]:
+    where, r = f"{loop.readable(name)} {loop.sections[name]}", loop.readable
+    return _say(f"in {where}, the log obeys {r(name)} = {r(changed)}, where {r(text)} belongs")
 
 
 def _say_apart(time: float) -> str:
@@ -284,7 +356,7 @@ def _say_apart(time: float) -> str:
 
 
 def _say_parameter(name: str, value: float) -> Callable[[float], str]:
-    return lambda fitted: f"{NAMES.get(name, name)} is {fitted:.6g}, where the experiment has {number(value)} (15)"
+    return lambda fitted: f"{name} is {fitted:.6g}, where the experiment has {number(value)} (15)"
 
 
 # ---- Defects along the log ----
@@ -292,8 +364,9 @@ def _say_parameter(name: str, value: float) -> Callable[[float], str]:
 
 @dataclass(frozen=True)
 class Steps:
-    """Some steps of the log: times and states at both ends, and how much of a defect is none, (3, steps)."""
+    """Some steps of the log: times and states at both ends, and how much of a defect is none, (m, steps)."""
 
+    loop: Loop
     t: Array
     h: Array
     left: Array
@@ -306,11 +379,11 @@ class Steps:
         self, program: CodeType, numbers: Mapping[str, float], hidden: tuple[Array, Array, Array] | None
     ) -> Array:
         """Hermite-Simpson's, over what is allowed; `hidden` is another state at the left ends, middles, right ends."""
-        more = [{"theta_hat_2": value} for value in hidden] if hidden else [{}, {}, {}]
-        a = rates(program, numbers, self.t, self.left, **more[0])
-        b = rates(program, numbers, self.t + self.h, self.right, **more[2])
+        more = [{HIDDEN: value} for value in hidden] if hidden else [{}, {}, {}]
+        a = rates(self.loop, program, numbers, self.t, self.left, **more[0])
+        b = rates(self.loop, program, numbers, self.t + self.h, self.right, **more[2])
         middle = (self.left + self.right) / 2 + self.h / 8 * (a - b)
-        m = rates(program, numbers, self.t + self.h / 2, middle, **more[1])
+        m = rates(self.loop, program, numbers, self.t + self.h / 2, middle, **more[1])
         scaled: Array = (self.right - self.left - self.h / 6 * (a + 4 * m + b) - self.own) / self.allowed
         return np.nan_to_num(scaled, nan=1e9, posinf=1e9, neginf=-1e9).clip(-1e9, 1e9)
 
@@ -334,11 +407,13 @@ def chosen_steps(log: Measured, tolerance: Tolerance) -> Steps:
     allowed = np.minimum(bound[:, None], 1e-9 + RELATIVE * moved.mean(axis=1)[:, None]) + RELATIVE * moved + rounding
     if smooth.sum() >= FEWEST:
         at, h, allowed = at[smooth], h[smooth], allowed[:, smooth]
-    return Steps(t[at], h, states[:, at], states[:, at + 1], allowed, at, _own_defect(log, at, h))
+    return Steps(
+        loop_of(log.exact.experiment), t[at], h, states[:, at], states[:, at + 1], allowed, at, _own_defect(log, at, h)
+    )
 
 
 def _own_defect(log: Measured, at: Array, h: Array) -> Array:
-    """Hermite-Simpson's defect of the exact solution in these steps, 0 where the log has left it; shape (3, steps)."""
+    """Hermite-Simpson's defect of the exact solution in these steps, 0 where the log has left it; shape (m, steps)."""
     t, off = log.trajectory.t, log.deviation
     ends = [(t[rows], log.trajectory.states[:, rows] - off[:, rows]) for rows in (at, at + 1)]
     (t_a, a), (t_b, b) = ends
@@ -382,13 +457,11 @@ def by_statements(log: Measured, steps: Steps, before: float, reference_holds: b
 
     One in another statement that they obey as well is named too. Where the column reference holds, r itself is right.
     """
-    scenario = log.exact.scenario
-    numbers = {name: float(getattr(scenario, name)) for name in PARAMETERS}
-    right = dict(statements(scenario.wave))
-    found = []
-    for one in hypotheses(scenario):
-        of_r = one.statement in PARAMETERS[-3:] or dict(one.some)["r"] != right["r"]
-        if reference_holds and of_r and one.statement != WHOLE:
+    loop, found = steps.loop, []
+    numbers, right = loop.numbers, dict(loop.statements)
+    for one in hypotheses(loop):
+        of_r = one.statement in loop.of_reference or dict(one.some)["r"] != right["r"]
+        if reference_holds and of_r and one.statement != loop.whole_reference:
             continue
         left, value = fitted(steps, one, numbers)
         natural = one.plain or not one.free or min(abs(value), abs(value + 1)) < NATURAL
@@ -407,21 +480,28 @@ def by_statements(log: Measured, steps: Steps, before: float, reference_holds: b
 
 def two_estimates(log: Measured, steps: Steps, numbers: Mapping[str, float], before: float) -> str:
     """Whether each step of the design has an estimate of its own, the second of which is not logged, (16)."""
-    right = dict(statements(log.exact.scenario.wave))
-    right["tau2"] = "-alpha1_x1 * phi * z2"
-    right["theta_hat_dot"] = "gamma * phi * z1"
-    right["alpha1_dot_known"] = right["alpha1_dot_known"].replace("theta_hat", "theta_hat_2")
-    t, states = log.trajectory.t, log.trajectory.states
-    second = code(tuple({**right, "theta_hat_dot": "gamma * tau2"}.items()))
-    slope = rates(second, numbers, t, states, theta_hat_2=states[2])[2]
+    loop, e = steps.loop, log.exact.experiment
+    right, t, states = dict(loop.statements), log.trajectory.t, log.trajectory.states
+    parts = summands(right.get("tau2", "0"))
+    if len(e.states) != 2 or len(e.unknown) != 1 or len(parts) != 2:
+        return ""
+    (estimate,) = e.estimates
+    rate = right[f"{estimate}_dot"]
+    right["alpha1_dot_known"] = re.sub(rf"\b{estimate}\b", HIDDEN, right["alpha1_dot_known"])
+    right["tau2"] = right["tau2"].removeprefix(parts[0]).removeprefix(" + ")
+    second = code(tuple(right.items()))
+    right[f"{estimate}_dot"] = re.sub(r"\btau2\b", f"({parts[0]})", rate)
+    slope = rates(loop, second, numbers, t, states, **{HIDDEN: states[2]})[2]
     h = np.diff(t)
     curvature = np.gradient(slope, t)
     area = h / 2 * (slope[:-1] + slope[1:]) + h**2 / 12 * (curvature[:-1] - curvature[1:])
-    whole = float(log.exact.scenario.theta_hat_start) + np.r_[0, np.cumsum(area)]
+    whole = log.exact.setting.start[2] + np.r_[0, np.cumsum(area)]
     middle = (whole[:-1] + whole[1:]) / 2 + h / 8 * (slope[:-1] - slope[1:])
     hidden = whole[steps.at], middle[steps.at], whole[steps.at + 1]
     left = size(steps.defect(code(tuple(right.items())), numbers, hidden))
-    said = "each step has an estimate of theta of its own, so that tau2 and theta_hat' lack a term each (16)"
+    said = (
+        f"each step has an estimate of {e.parameters[0]} of its own, so that tau2 and {estimate}' lack a term each (16)"
+    )
     return said if left <= EXPLAINED * before else ""
 
 
@@ -469,11 +549,14 @@ def by_method(log: Measured, steps: Steps) -> str:
 
 def held_control(log: Measured) -> str:
     """Whether u is that of a sampled instant, held, while the plant moves on."""
-    t, states = log.trajectory.t, log.trajectory.states
+    t, n, name = log.trajectory.t, log.exact.setting.n, log.exact.setting.states[-1]
+    if log.exact.experiment.rows[-1] != Name(INPUT):
+        return ""
+    states = log.trajectory.states
     rows = min(t.size - 1, 4000)
     h, u = np.diff(t)[:rows], log.exact.control(t, states)[:rows]
-    moved = np.diff(states[1])[:rows]
-    near = 1e-6 * np.abs(moved) + 64 * DOUBLE * (1 + np.abs(states[1][:rows]))
+    moved = np.diff(states[n - 1])[:rows]
+    near = 1e-6 * np.abs(moved) + 64 * DOUBLE * (1 + np.abs(states[n - 1][:rows]))
     index = np.arange(rows)
     for period in range(1, min(rows // 4, 400) + 1):
         held = index // period * period
@@ -481,7 +564,7 @@ def held_control(log: Measured) -> str:
             of = np.maximum(held - late, 0)
             if np.mean(np.abs(moved - h * u[of]) <= near) > 0.98:
                 delay = " and used a sample late" if late else ""
-                said = f"x2' is constant over {period * float(np.median(h)):.4g} s: u is sampled and held{delay}"
+                said = f"{name}' is constant over {period * float(np.median(h)):.4g} s: u is sampled and held{delay}"
                 return f"{said}; the lesson's control is continuous, evaluate u at every stage of the method (7)"
     return ""
 
@@ -493,12 +576,11 @@ def by_log(log: Measured, tolerance: Tolerance) -> str:
     """What is wrong with columns or rows of a solution that is right; "" where nothing is."""
     e = np.array(tolerance)[:, None]
     t, states, off = log.trajectory.t, log.trajectory.states, log.deviation
-    true = states - off
-    for order in permutations(range(3)):
-        if order != (0, 1, 2) and (np.abs(states[list(order)] - true) <= e).all():
-            return (
-                f"the columns are exchanged: {', '.join(STATES[i] for i in order)} stand for {', '.join(STATES)} (12)"
-            )
+    true, names = states - off, log.exact.setting.names
+    for order in islice(permutations(range(len(names))), 1, MOST_ORDERS):
+        if (np.abs(states[list(order)] - true) <= e).all():
+            found = ", ".join(names[i] for i in order)
+            return f"the columns are exchanged: {found} stand for {', '.join(names)} (12)"
     for rows in (1, 2, 3):
         for later, earlier, said in (
             (states[:, rows:], true[:, :-rows], "late"),
@@ -511,23 +593,23 @@ def by_log(log: Measured, tolerance: Tolerance) -> str:
     if 0 < share <= 0.05:
         first, last = (int(i) for i in np.flatnonzero(beyond)[[0, -1]])
         spread = (last - first + 1) / t.size
-        states_off = [name for i, name in enumerate(STATES) if not (np.abs(off[i]) <= e[i]).all()]
+        states_off = [name for i, name in enumerate(names) if not (np.abs(off[i]) <= e[i]).all()]
         if spread <= 0.05 and last < t.size - 1 and first > 0:
             return (
                 f"{', '.join(states_off)}: the rows from t = {number(t[first])} to {number(t[last])} alone are off (12)"
             )
-    for i, name in enumerate(STATES):
-        others = [j for j in range(3) if j != i]
+    for i, name in enumerate(names):
+        others = [j for j in range(len(names)) if j != i]
         if (np.abs(off[others]) <= e[others]).all():
             said = _one_column(log, i, name, float(tolerance[i]))
             if said:
                 return said
     start = off[:, 0]
     if (np.abs(start) > e[:, 0]).any():
-        true_start = [float(getattr(log.exact.scenario, f"{name}_start")) for name in STATES]
+        true_start = log.exact.setting.start.tolist()
         wrong = [
             f"{name} starts at {number(states[i, 0])}, where {name}_start is {number(true_start[i])}"
-            for i, name in enumerate(STATES)
+            for i, name in enumerate(names)
             if abs(start[i]) > e[i, 0]
         ]
         return f"{', '.join(wrong)} (15)"
@@ -544,11 +626,12 @@ def _one_column(log: Measured, i: int, name: str, tolerance: float) -> str:
     scale = float(true @ logged / (true @ true)) if true.any() else 1.0
     if np.abs(logged - scale * true).max() <= tolerance < np.abs(off).max():
         return f"{name} is {scale:.4g} times what it should be in every row: the column, not its equation (12)"
-    for other, scenario in SCENARIOS.items():
-        if scenario != log.exact.scenario and scenario.horizon >= log.exact.scenario.horizon:
-            states = exact(scenario).evaluate(np.minimum(log.trajectory.t, float(scenario.horizon)))
+    horizon = log.exact.setting.horizon
+    for other in known_experiments(log.exact.experiment):
+        if float(other.horizon) >= horizon:
+            states = exact(other).evaluate(np.minimum(log.trajectory.t, float(other.horizon)))
             if np.abs(logged - states[i]).max() <= 10 * tolerance:
-                return f"{name} is that of another experiment, {other} (15)"
+                return f"{name} is that of another experiment, {other.name} (15)"
     return ""
 
 
@@ -557,8 +640,8 @@ def _one_column(log: Measured, i: int, name: str, tolerance: float) -> str:
 
 def diagnosis(log: Measured, tolerance: Tolerance, failed: Iterable[str]) -> str:
     """The first cause, in one line; "" where none of those known explains what failed, claims of `checks`."""
-    claims = set(failed)
-    if not claims:
+    claims, e = set(failed), log.exact.experiment
+    if not claims or any(map(iskeyword, (*e.states, *e.parameters, *dict(e.constants)))):
         return ""
     with np.errstate(all="ignore"):
         return _first_cause(log, tolerance, claims)
@@ -566,8 +649,7 @@ def diagnosis(log: Measured, tolerance: Tolerance, failed: Iterable[str]) -> str
 
 def _first_cause(log: Measured, tolerance: Tolerance, claims: set[str]) -> str:
     steps = chosen_steps(log, tolerance)
-    right = code(statements(log.exact.scenario.wave))
-    numbers = {name: float(getattr(log.exact.scenario, name)) for name in PARAMETERS}
+    right, numbers = code(steps.loop.statements), steps.loop.numbers
     before = size(steps.defect(right, numbers, None))
     said = by_log(log, tolerance)
     if said:

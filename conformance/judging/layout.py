@@ -9,7 +9,6 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-STATES = ("x1", "x2", "theta_hat")  # the lesson's, estimates behind the plant's
 ALIASES = {"referenceSignal": "reference"}  # the lesson's, beside camel case
 COUNTED = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 NUMBER = re.compile(r"[ \t]*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?[ \t]*", re.ASCII)
@@ -48,9 +47,6 @@ def columns_of(names: Sequence[str]) -> tuple[str, ...]:
     return ("t", *names, "reference", "tracking_error")
 
 
-COLUMNS = columns_of(STATES)
-
-
 def numbers_of(columns: Sequence[str]) -> str:
     """How many numbers a row has, in words."""
     return f"{COUNTED[len(columns)] if len(columns) < len(COUNTED) else len(columns)} numbers"
@@ -65,8 +61,8 @@ class Line:
 
     text: str
     cells: tuple[str, ...]
+    columns: tuple[str, ...]
     last: bool = False
-    columns: tuple[str, ...] = COLUMNS
 
     @property
     def numbers(self) -> list[bool]:
@@ -89,15 +85,15 @@ class Line:
         return len(self.cells) == 1 and self.text.count(",") == len(self.columns) - 1
 
 
-def line_of(text: str, last: bool = False, columns: tuple[str, ...] = COLUMNS) -> Line:
+def line_of(text: str, columns: tuple[str, ...], last: bool = False) -> Line:
     """A line without its end, split at the commas that are in no quotes (RFC 4180)."""
     if '"' not in text:
-        return Line(text, tuple(cell.strip(" \t") for cell in text.split(",")), last, columns)
+        return Line(text, tuple(cell.strip(" \t") for cell in text.split(",")), columns, last)
     try:
         (cells,) = csv.reader([text], skipinitialspace=True, strict=True)
     except (csv.Error, ValueError):
         cells = text.split(",")
-    return Line(text, tuple(cell.strip(" \t") for cell in cells), last, columns)
+    return Line(text, tuple(cell.strip(" \t") for cell in cells), columns, last)
 
 
 def is_number(cell: str) -> bool:
@@ -140,7 +136,6 @@ BY_SEPARATOR = tuple((_split_by(separator), words) for separator, words in SEPAR
 
 SIMILAR = {  # other names of the columns, in lower case and without what is no letter or digit
     "time": "t", "times": "t", "ts": "t", "tsec": "t",
-    "thetahat": "theta_hat", "theta": "theta_hat", "estimate": "theta_hat", "parameterestimate": "theta_hat",
     "r": "reference", "ref": "reference", "referencesignal": "reference", "yr": "reference", "yref": "reference",
     "e": "tracking_error", "error": "tracking_error", "trackingerror": "tracking_error", "z1": "tracking_error",
 }  # fmt: skip
@@ -150,6 +145,10 @@ def _similar(line: Line) -> tuple[str, ...]:
     """The columns that the cells of a header seem to name."""
     bare = [re.sub(r"[^a-z0-9]", "", re.sub(r"[\[(].*", "", name.lower())) for name in line.cells]
     own = {column.replace("_", "").lower(): column for column in line.columns}
+    estimates = [column for column in line.columns if column.endswith("_hat")]
+    own |= {column.removesuffix("_hat").replace("_", "").lower(): column for column in estimates}
+    if len(estimates) == 1:
+        own |= dict.fromkeys(("estimate", "parameterestimate"), estimates[0])
     return tuple(own.get(name, SIMILAR.get(name, "")) for name in bare)
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from conformance.judging.trajectory import Array, Trajectory
-from conformance.truth.exact import Exact
+from conformance.truth.exact import CONTRACT, Exact
 
 BLOCK = 16384  # steps taken together, so that a log of 10 million rows needs little more memory than its columns
 
@@ -48,7 +48,7 @@ class Measured:
 
         The largest of the states, each in its unit.
         """
-        errors, units = np.empty(self.trajectory.t.size - 1), self.exact.units[:, None]
+        errors, units = np.empty(self.trajectory.t.size - 1), self.exact.tolerance[:, None] / CONTRACT
         for steps, t, _, states in self._blocks():
             h = np.diff(t)
             midway = self.exact.evaluate(t[:-1] + h / 2)
@@ -118,7 +118,7 @@ def hermite_simpson_defect(exact: Exact, t: Array, states: Array) -> Array:
 
 
 def corrected_trapezoid(exact: Exact, t: Array, states: Array) -> Array:
-    """The integral of k1 z1^2 + k2 z2^2 over each step by values and slopes at its ends, O(h^5); (rows - 1,)."""
+    """The integral of sum k_i z_i^2 over each step by values and slopes at its ends, O(h^5); (rows - 1,)."""
     h, (rate, slope) = np.diff(t), exact.dissipation(t, states)
     integral: Array = h / 2 * (rate[:-1] + rate[1:]) + h**2 / 12 * (slope[:-1] - slope[1:])
     return integral

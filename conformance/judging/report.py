@@ -7,15 +7,11 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path, PureWindowsPath
-from typing import TYPE_CHECKING
 
 from conformance.foreign import plain, read_bytes, shown
 from conformance.judging.trajectory import COARSEST, Trajectory, number, print_error
-from conformance.theory.scenario import Scenario
+from conformance.theory.experiments import Experiment
 from conformance.truth.setting import setting_of
-
-if TYPE_CHECKING:
-    from conformance.theory.experiments import Experiment
 
 LARGEST = 1 << 20  # bytes of standard output
 MOST = 5  # lines that are named
@@ -75,9 +71,7 @@ def read_report(path: Path, banners: bool = False) -> tuple[list[str], list[str]
     return ["" if its_own else line for line, its_own in zip(lines, spoken, strict=True)], notes
 
 
-def report_problems(
-    lines: list[str], trajectory: Trajectory, experiment: Scenario | Experiment, csv_name: str
-) -> list[str]:
+def report_problems(lines: list[str], trajectory: Trajectory, experiment: Experiment, csv_name: str) -> list[str]:
     """Where standard output does not say the same as the CSV; empty lines do not count."""
     theta = setting_of(experiment).theta.tolist()
     p = len(theta)

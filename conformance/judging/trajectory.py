@@ -28,7 +28,7 @@ from conformance.judging.layout import (
     named,
     numbers_of,
 )
-from conformance.judging.layout import STATES as STATES
+from conformance.theory.experiments import Experiment
 
 BLOCK = 1 << 24  # bytes read at a time
 LONGEST = 1 << 16  # bytes of a line: its numbers take far fewer
@@ -58,7 +58,7 @@ class Trajectory:
     states: Array
     reference: Array
     tracking_error: Array
-    names: tuple[str, ...] = STATES
+    names: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Array:
@@ -69,10 +69,10 @@ class Trajectory:
         return {"t": self.t, "reference": self.reference, "tracking_error": self.tracking_error}[name]
 
 
-def load(path: Path, horizon: float, names: tuple[str, ...] = STATES) -> Trajectory:
-    """Read and validate a CSV, whose time must run from 0 to `horizon` (s) within half a step.
+def load(path: Path, experiment: Experiment) -> Trajectory:
+    """Read and validate a CSV of an experiment, whose time must run from 0 to the horizon within half a step.
 
-    Its columns are t, the states and estimates by `names` (default: the lesson's), reference and tracking_error.
+    Its columns are t, the states and estimates by their names, reference and tracking_error.
 
     Accepted too: quoted names and numbers, spaces beside commas, empty lines at the end, a header after # or %, a line
     sep=, before it. Raises TrajectoryError for the first thing that is wrong, in this order: no regular file, empty,
@@ -80,6 +80,7 @@ def load(path: Path, horizon: float, names: tuple[str, ...] = STATES) -> Traject
     increase strictly from 0 to the horizon, a tracking error that is not the first state - reference.
     """
     readable(path)
+    names, horizon = experiment.names, float(experiment.horizon)
     reader = _Reader(plain(path.name), columns_of(names))
     parts = [columns for block in _blocks(path, reader.columns) for columns in reader.numbers(block)]
     if reader.line == 1:
@@ -176,7 +177,7 @@ class _Reader:
             self.head = 2
             first, _, block = block.partition(b"\n")
         text = self.text(first, self.head).removesuffix("\r")
-        line = line_of(text, columns=self.columns)
+        line = line_of(text, self.columns)
         first_cell = line.cells[0]
         if first_cell[:1] in ("#", "%"):
             bare = replace(line, cells=(first_cell.lstrip("#% \t"), *line.cells[1:]))
@@ -184,7 +185,7 @@ class _Reader:
                 self.notes.append(f"the header stands after {first_cell[0]}")
                 line = bare
         if line.names != self.columns:
-            raise self.wrong(self.head, _wrong_header(line_of(text, columns=self.columns)))
+            raise self.wrong(self.head, _wrong_header(line_of(text, self.columns)))
         self.line = self.head + 1
         return block
 
@@ -204,7 +205,7 @@ class _Reader:
         rows = []
         texts = self.text(block, self.line).split("\n")
         for number, text in enumerate(texts, start=self.line):
-            line = line_of(text.removesuffix("\r"), number - self.line == len(texts) - 1, self.columns)
+            line = line_of(text.removesuffix("\r"), self.columns, number - self.line == len(texts) - 1)
             if not all(line.numbers) or line.extra:
                 why = named(line, ROWS)
                 if why or line.extra:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,12 +16,11 @@ import numpy as np
 from conformance.atomic import write_atomically
 from conformance.foreign import plain
 from conformance.judging.checks import (
-    CHECKS,
     Check,
     Result,
     Tolerance,
+    checks_of,
     checks_of_anyone,
-    checks_of_programs,
     contract,
     contract_of_ports,
     digit_notes,
@@ -32,18 +31,17 @@ from conformance.judging.diagnosis import diagnosis
 from conformance.judging.identification import told
 from conformance.judging.measured import Measured
 from conformance.judging.report import read_report, report_problems
-from conformance.judging.trajectory import STATES, Trajectory, TrajectoryError, load
+from conformance.judging.trajectory import Trajectory, TrajectoryError, load
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.table import engine_and_version, layout
-from conformance.theory.scenario import Scenario
-from conformance.truth.exact import TARGET, Exact, exact
-from conformance.truth.setting import setting_of
+from conformance.theory.experiments import Experiment
+from conformance.truth.exact import TARGET, exact
 
 if TYPE_CHECKING:
-    from conformance.theory.experiments import Experiment
     from conformance.truth.enclosure import Progress
 
 MOST_COLUMNS = 3  # of a table's states
+SAMPLED = "the bounds rest on slopes at samples of the solution: sensitivities could not be proven to the horizon"
 STATUSES = ("pass", "fail", "error", "missing", "stale", "left out")
 
 
@@ -91,11 +89,11 @@ class Judgement:
 
 def judge_file(
     path: Path,
-    experiment: Scenario | Experiment,
+    experiment: Experiment,
     stdout: Path | None = None,
     tolerance: Tolerance | None = None,
     target: float = TARGET,
-    checks: Sequence[Check] | Callable[[Exact], Sequence[Check]] | None = None,
+    checks: Sequence[Check] | None = None,
     banners: bool = False,
     diagnose: bool = False,
     progress: Progress | None = None,
@@ -104,24 +102,24 @@ def judge_file(
 
     `banners`: the engine may print more than the program. `tolerance` is the contract's, and `checks` those of anyone,
     unless given. `target` is the radius of the proof of the exact solution, and `progress` is told how far it is. With
-    `diagnose`, the reason begins with the first cause, where one is found, of the lesson's plant. Raises ProofEnded
-    where there is no proof, ValueError where `stdout` cannot be read.
+    `diagnose`, the reason begins with the first cause, where one is found. Raises ProofEnded where there is no
+    proof, ValueError where `stdout` cannot be read.
     """
-    name, chosen = plain(path.name), checks or checks_of_anyone
+    name = plain(path.name)
     try:
-        trajectory = load(path, float(experiment.horizon), setting_of(experiment).names)
+        trajectory = load(path, experiment)
     except TrajectoryError as error:
         return Verdict(name, "fail", str(error))
     with np.errstate(all="ignore"):  # of numbers near 1e308
         log = Measured(trajectory, exact(experiment, target, progress))
         tolerance = tolerance or contract(log.exact)
-        judged = judge(log, tolerance, chosen(log.exact) if callable(chosen) else chosen)
+        judged = judge(log, tolerance, checks_of_anyone(experiment) if checks is None else checks)
         failed = [result.claim for _, result in judged if not result.passed]
         problems = [explain(check, result) for check, result in judged if not result.passed]
-        diagnose = diagnose and log.exact.is_the_lessons
         if diagnose and failed:
             problems = [*filter(None, [diagnosis(log, tolerance, failed)]), *problems]
         notes = [*trajectory.notes, *(digit_notes(trajectory) if checks is None else ())]
+        notes += [] if log.exact.sensitivity.columns.size else [SAMPLED]
         notes += told(log) if diagnose else ()
         if stdout is not None:
             lines, more = read_report(stdout, banners)
@@ -132,13 +130,13 @@ def judge_file(
     return Verdict(name, status, "\n".join(problems), results=results, notes=tuple(notes), trajectory=trajectory)
 
 
-def judge_port(port: Port, scenario: Scenario | Experiment, diagnose: bool = False) -> Verdict:
+def judge_port(port: Port, experiment: Experiment, diagnose: bool = False) -> Verdict:
     """The verdict on a port's last run; an error where its record or its output lack.
 
     The tolerance is its engine's, or for the program of a plant the contract's.
     """
     try:
-        return _judge_run(port, scenario, diagnose)
+        return _judge_run(port, experiment, diagnose)
     except (ValueError, OSError) as error:
         return Verdict(port.name, "error", f"{plain(error, 400)}; {_again(port)}")
 
@@ -148,7 +146,7 @@ def _again(port: Port) -> str:
     return f"type: rm -r {port.build.relative_to(port.root)}; {port.make}"
 
 
-def _judge_run(port: Port, scenario: Scenario | Experiment, diagnose: bool) -> Verdict:
+def _judge_run(port: Port, experiment: Experiment, diagnose: bool) -> Verdict:
     run = port.run()
     if run is None:
         names = " or ".join(engine.name for engine in port.engines)
@@ -169,10 +167,10 @@ def _judge_run(port: Port, scenario: Scenario | Experiment, diagnose: bool) -> V
         reason = f"{port.csv.name} is not the file that the run wrote; {again}"
         return Verdict(port.name, "stale", reason, engine, stand_in)
     ran = port.ran_engine(run)
-    tolerance, checks = (None, checks_of_programs) if port.plant else (ran.tolerance, CHECKS)
     judged = judge_file(
-        port.csv, scenario, port.stdout, tolerance, checks=checks, banners=ran.proprietary, diagnose=diagnose
-    )
+        port.csv, experiment, port.stdout, None if port.plant else ran.tolerance,
+        checks=checks_of(experiment), banners=ran.proprietary, diagnose=diagnose,
+    )  # fmt: skip
     return replace(judged, name=port.name, engine=engine, stand_in=stand_in)
 
 
@@ -181,20 +179,20 @@ def explain(check: Check, result: Result) -> str:
     return f"{result}\n  usual cause: {check.cause}"
 
 
-def _with_contract(port: Port, verdict: Verdict, scenario: Scenario) -> Verdict:
+def _with_contract(port: Port, verdict: Verdict, experiment: Experiment) -> Verdict:
     """The verdict, with what the contract asks of a port on the lesson's own experiment beyond its trajectory."""
     if verdict.trajectory is None:
         return verdict
-    figures = [verdict.errors[state].figure for state in STATES]
+    figures = [result.figure for result in verdict.errors.values()]
     tolerance = port.ran_engine(port.run() or {}).tolerance
-    more = contract_of_ports(tolerance, figures, verdict.trajectory.t, float(scenario.horizon), port.rows)
+    more = contract_of_ports(tolerance, figures, verdict.trajectory.t, float(experiment.horizon), port.rows)
     problems = [str(result) for result in more if not result.passed]
     reason = "\n".join(filter(None, (verdict.reason, *problems)))
     status = "fail" if problems else verdict.status
     return replace(verdict, status=status, reason=reason, results=(*verdict.results, *more))
 
 
-def judge_all(selected: Mapping[str, Port], experiment: Scenario | Experiment) -> Judgement:
+def judge_all(selected: Mapping[str, Port], experiment: Experiment) -> Judgement:
     """The verdicts on every port there is: left out where not selected, failed where it disagrees with another.
 
     A port that fails by itself is compared with the others too, but does not make them fail.
@@ -203,9 +201,11 @@ def judge_all(selected: Mapping[str, Port], experiment: Scenario | Experiment) -
     trajectories = {name: v.trajectory for name, v in verdicts.items() if v.trajectory is not None}
     solved = exact(experiment)
     tolerances = dict.fromkeys(trajectories, contract(solved))
-    if isinstance(experiment, Scenario):
-        verdicts = {name: _with_contract(selected[name], v, experiment) for name, v in verdicts.items()}
-        tolerances = {name: selected[name].ran_engine(selected[name].run() or {}).tolerance for name in trajectories}
+    for name, port in selected.items():
+        if not port.plant:
+            verdicts[name] = _with_contract(port, verdicts[name], experiment)
+            if name in tolerances:
+                tolerances[name] = port.ran_engine(port.run() or {}).tolerance
     pairs = programs_agree(trajectories, solved, tolerances)
     conforming = {name for name, verdict in verdicts.items() if verdict.conforms}
     for pair, result in pairs.items():
@@ -213,12 +213,13 @@ def judge_all(selected: Mapping[str, Port], experiment: Scenario | Experiment) -
             for name in pair:
                 reason = f"{verdicts[name].reason}\n{result}".strip()
                 verdicts[name] = replace(verdicts[name], status="fail", reason=reason)
-    every = (verdicts.get(name) or _left_out(port, experiment) for name, port in read_ports().items())
+    of_a_plant = any(port.plant for port in selected.values())
+    every = (verdicts.get(name) or _left_out(port, of_a_plant) for name, port in read_ports().items())
     return Judgement(tuple(every), pairs)
 
 
-def _left_out(port: Port, experiment: Scenario | Experiment) -> Verdict:
-    lacks = not port.template and not isinstance(experiment, Scenario)
+def _left_out(port: Port, of_a_plant: bool) -> Verdict:
+    lacks = of_a_plant and not port.template
     why = "it has no template, and takes part in the lesson alone" if lacks else "PORTS does not name it"
     return Verdict(port.name, "left out", why)
 
@@ -373,10 +374,11 @@ OTHER_CHECKS = (  # id, meaning
 )
 
 
-def list_of_checks() -> str:
+def list_of_checks(experiment: Experiment) -> str:
     """Every check's id, which later versions keep, and what it means; PORT stands for a port's name."""
+    checks = checks_of(experiment)
     lines = [
-        f"{claim}\n    {check.meaning}\n    usual cause: {check.cause}" for check in CHECKS for claim in check.claims
+        f"{claim}\n    {check.meaning}\n    usual cause: {check.cause}" for check in checks for claim in check.claims
     ]
     lines += [f"{claim}\n    {meaning}" for claim, meaning in OTHER_CHECKS]
     return "\n".join(lines)

@@ -7,7 +7,8 @@ from difflib import unified_diff
 
 from conformance.programs.ports import ROOT, Port
 from conformance.programs.sources import source as original
-from conformance.theory.scenario import LESSON
+from conformance.theory.experiments import with_values
+from conformance.theory.lesson import LESSON
 from conformance.trials.kill_matrix import CSV, END, OUTPUT, Outcome
 from conformance.trials.variant import Variant, source
 
@@ -48,7 +49,7 @@ def exercise(variant: Variant, ports: Iterable[Port]) -> str:
 
 def diff(variant: Variant, port: Port) -> str:
     """The unified diff of the program, over the lesson's horizon."""
-    whole = replace(variant, scenario=replace(variant.scenario, horizon=LESSON.horizon))
+    whole = replace(variant, experiment=with_values(variant.experiment, {"horizon": LESSON.horizon}))
     old, new = original(port).splitlines(keepends=True), source(whole, port).splitlines(keepends=True)
     return "".join([line for line in unified_diff(old, new, n=1) if not line.startswith(("---", "+++"))])
 

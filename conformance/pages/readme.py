@@ -7,15 +7,15 @@ from decimal import ROUND_UP, Context
 
 from conformance.atomic import write_atomically
 from conformance.judging.checks import Result
-from conformance.judging.trajectory import STATES
 from conformance.judging.verdict import Judgement, Verdict
 from conformance.programs.ports import ROOT, SIX, Port
+from conformance.theory.lesson import LESSON
 
 README = ROOT / "README.md"
 PICTURE = ROOT / "docs" / "tracking.png"
 DRAWN_BY = "python"  # whose figure is the picture
 BEGIN, END = "<!-- results, written by make readme -->", "<!-- end of results -->"
-HEAD = ("port", "engine that ran", "verdict", *(f"error of {state}, at most" for state in STATES))
+HEAD = ("port", "engine that ran", "verdict", *(f"error of {state}, at most" for state in LESSON.names))
 
 
 def write_readme(judgement: Judgement, ports: Mapping[str, Port]) -> None:
@@ -53,7 +53,7 @@ def table(verdicts: Sequence[Verdict]) -> str:
 def row(verdict: Verdict) -> tuple[str, ...]:
     """The table's cells for one port."""
     errors = [rounded_up(result) for result in verdict.errors.values()]
-    return (verdict.name, verdict.engine, verdict.status, *(errors or [""] * len(STATES)))
+    return (verdict.name, verdict.engine, verdict.status, *(errors or [""] * len(LESSON.names)))
 
 
 def rounded_up(result: Result) -> str:

@@ -3,11 +3,11 @@
 
 from collections.abc import Iterator
 
-from conformance.judging.checks import CONTRACT, LARGEST_RATIO
-from conformance.judging.trajectory import STATES
+from conformance.judging.checks import LARGEST_RATIO
 from conformance.judging.verdict import judge_port
 from conformance.programs.ports import ROOT, Engine, Port, the_six
-from conformance.theory.scenario import LESSON
+from conformance.theory.lesson import LESSON
+from conformance.truth.exact import CONTRACT
 
 PAGE = ROOT / "docs" / "tolerances.md"
 
@@ -16,7 +16,7 @@ HEAD = f"""\
 
 Written by `.venv/bin/conformance tolerances` from the ports' `port.toml` and their last runs.
 
-A tolerance is how far a logged state may be from the exact solution, at any row. None is looser than {CONTRACT[0]:.0e},
+A tolerance is how far a logged state may be from the exact solution, at any row. None is looser than {CONTRACT:.0e},
 the contract's, and none of an engine that has been measured is looser than {LARGEST_RATIO} times its largest error.
 Every other bound follows from these: docstrings in `conformance/judging/checks.py` say how, and `validate` prints it
 beside the figure. The exact solution adds nothing: its error is below 1e-15 of each state's scale
@@ -40,7 +40,7 @@ def rows(port: Port) -> Iterator[tuple[str, ...]]:
     ran = port.ran_engine(port.run() or {})
     errors = {state: result.figure for state, result in verdict.errors.items()}
     for engine in port.engines:
-        for state, tolerance in zip(STATES, engine.tolerance, strict=True):
+        for state, tolerance in zip(LESSON.names, engine.tolerance, strict=True):
             measured = (f"{errors[state]:.1e}", f"{tolerance / errors[state]:.1f}") if engine is ran else ("", "")
             yield (port.name, engine.name, state, f"{tolerance:.1e}", *measured, _reason(engine))
 

@@ -15,7 +15,7 @@ from conformance.pages.report.page import PAGE, write_page
 from conformance.programs.ports import Port
 from conformance.programs.table import boxes
 from conformance.tests.under_test import PORTS, engine_of, not_run, trajectory_of
-from conformance.theory.scenario import LESSON
+from conformance.theory.lesson import LESSON
 from conformance.trials.kill_matrix import prepare
 from conformance.trials.variant import copy_tree, read_variants, runnable
 from conformance.truth.exact import KEPT

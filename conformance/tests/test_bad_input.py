@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,9 @@ from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.table import table
 from conformance.tests.judging.test_corruptions import RIGHT_TEXT
 from conformance.tests.under_test import PORTS
-from conformance.theory.scenario import LESSON
+from conformance.theory.experiment_file import to_toml
+from conformance.theory.experiments import with_values
+from conformance.theory.lesson import LESSON
 
 Said = Callable[..., tuple[int, str, str]]
 
@@ -56,21 +59,6 @@ def one_line(answer: tuple[int, str, str]) -> str:
 
 
 # ---- What is read ----
-
-NO_SCENARIO = {
-    "[[scenario]]\ntheta = 1": "expected a table [scenario], found a list",
-    "scenario = 5": "expected a table [scenario], found 5",
-    "[scenario]\ntheta = 1e-99999999": "theta: found '1e-99999999'",
-    "x = " + "[" * 100000: "brackets nested",
-    '[scenario]\ntheta = "a\\u001b[31m"': r"a\x1b[31m",
-}
-
-
-@pytest.mark.parametrize("content", NO_SCENARIO, ids=range(len(NO_SCENARIO)))
-def test_scenario_that_is_none(content: str, said: Said, right_csv: Path, tmp_path: Path) -> None:
-    (tmp_path / "s.toml").write_text(content)
-    assert NO_SCENARIO[content] in one_line(said("validate", right_csv, "--scenario", tmp_path / "s.toml"))
-
 
 VERDICT = {"name": "a", "status": "pass", "reason": "", "engine": "", "stand_in": False, "results": []}
 RESULT = {
@@ -110,9 +98,9 @@ def test_pipes_are_not_waited_on(said: Said, right_csv: Path, tmp_path: Path) ->
     for name in ("p.toml", "p.json", "p.txt"):
         os.mkfifo(tmp_path / name)
     for words in (
-        ("validate", right_csv, "--scenario", tmp_path / "p.toml"),
+        ("validate", right_csv, "--plant", tmp_path / "p.toml"),
         ("validate", right_csv, "--stdout", tmp_path / "p.txt"),
-        ("truth", "--scenario", tmp_path / "p.toml"),
+        ("truth", "--plant", tmp_path / "p.toml"),
         ("diff", tmp_path / "p.json", tmp_path / "p.json"),
     ):
         assert "a pipe or a device" in one_line(said(*words))
@@ -128,7 +116,6 @@ def test_pipes_are_not_waited_on(said: Said, right_csv: Path, tmp_path: Path) ->
         (("truth", "--digits", "9" * 5000), "expected a whole number from 1 to 100"),
         (("campaign", "--count", "1" * 5000), "expected a positive whole number"),
         (("campaign", "--seed", "1" * 5000), "expected a whole number"),
-        (("truth", "--scenario", "a\x1b[31m\nconforms"), r"a\x1b[31m\nconforms"),
         (("variants", "a\x1b[31m\nconforms"), r"a\x1b[31m\nconforms"),
         (("check", "--ports", "a\x1b[31m\nconforms"), r"a\x1b[31m\nconforms"),
         (("a\x1b[31m\nconforms",), "invalid choice"),
@@ -142,10 +129,10 @@ def test_words_that_make_no_sense(words: tuple[str, ...], reason: str, said: Sai
 
 def test_proof_that_ends_is_told(said: Said, right_csv: Path, tmp_path: Path) -> None:
     """From x1 = 1e8 m the estimate rises faster than a step of 2^-40 of the horizon can follow."""
-    scenario = tmp_path / "far.toml"
-    scenario.write_text("[scenario]\nx1_start = 1e8\n")
+    far = tmp_path / "far.toml"
+    far.write_text(to_toml(with_values(LESSON, {"x1_start": Fraction(10**8)})))
     for words in (("validate", right_csv), ("truth",)):
-        line = one_line(said(*words, "--scenario", scenario))
+        line = one_line(said(*words, "--plant", far))
         assert "the exact solution of this experiment is out of reach: the proof reached t = 0" in line
 
 

@@ -16,7 +16,9 @@ from flint import arb, fmpq
 
 from conformance.programs.ports import ROOT
 from conformance.tests.truth.problems import lesson
-from conformance.theory.scenario import LESSON
+from conformance.theory.experiment_file import to_toml
+from conformance.theory.experiments import with_values
+from conformance.theory.lesson import LESSON
 from conformance.truth.experiment import printed_of, truth
 from conformance.truth.taylor import precision
 from conformance.truth.truth import ball_function
@@ -60,7 +62,6 @@ BAD = {
     "a time that is no number": (["--times", "now"], "found 'now', expected a finite decimal"),
     "a time divided by zero": (["--times", "1/0"], "found '1/0', expected a finite decimal"),
     "a step of zero": (["--step", "0"], "found '0', expected a positive number"),
-    "an unknown scenario": (["--scenario", "x"], "found 'x', expected one of lesson"),
     "times and a step": (["--times", "1", "--step", "1"], "not allowed with"),
     "no digits": (["--digits", "0"], "expected a whole number from 1 to 100"),
 }
@@ -76,7 +77,7 @@ def test_bad_input_is_answered_in_one_line(case: str) -> None:
 
 def test_help_tells_of_every_option() -> None:
     text = conformance("truth", "--help").stdout
-    assert all(option in text for option in ("--scenario", "--times", "--step", "--digits"))
+    assert all(option in text for option in ("--plant", "--times", "--step", "--digits"))
 
 
 def on_a_terminal(*words: str, **environment: str) -> str:
@@ -103,8 +104,8 @@ def test_colour_is_for_terminals_that_want_it(tmp_path: Path) -> None:
     assert "\033[" not in conformance("validate", str(bad)).stdout
 
 
-def test_scenario_may_be_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "scenario.toml"
-    path.write_text("[scenario]\ntheta = -1\nhorizon = 1\n")
-    row = list(csv.DictReader(conformance("truth", "--scenario", str(path), "--step", "1").stdout.splitlines()))[-1]
+def test_the_experiment_may_be_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "other.toml"
+    path.write_text(to_toml(with_values(LESSON, {"theta": Fraction(-1), "horizon": Fraction(1)})))
+    row = list(csv.DictReader(conformance("truth", "--plant", str(path), "--step", "1").stdout.splitlines()))[-1]
     assert row["t"] == "1" and not row["x1"].startswith("0.3")

@@ -9,14 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from conformance.judging.trajectory import Trajectory, load
+from conformance.places import PLANTS
 from conformance.programs.new_port import AWK as AWK
 from conformance.programs.new_port import write_skeleton
 from conformance.programs.ports import ROOT, SIX, Engine, Port, read_ports, selected_ports
 from conformance.programs.run import as_a_user
-from conformance.theory.scenario import LESSON
+from conformance.theory.experiment_file import as_written
+from conformance.theory.lesson import LESSON
 
 PORTS = selected_ports()
 FIRST = read_ports()[SIX[0]]  # whose statements and wording all share
+PROBLEM_6, NO_EXCITATION = (as_written(PLANTS / f"{name}.toml") for name in ("problem_6", "no_excitation"))
 GUESTS = ROOT / "conformance/tests/data"  # ports that are none of the six
 
 
@@ -32,7 +35,7 @@ def record(port: Port) -> dict[str, Any]:
 def trajectory_of(port: Port) -> Trajectory:
     """The port's CSV, validated."""
     record(port)
-    return load(port.csv, float(LESSON.horizon))
+    return load(port.csv, LESSON)
 
 
 def engine_of(port: Port) -> Engine:

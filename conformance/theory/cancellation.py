@@ -160,7 +160,7 @@ def _scaled_rates(r: Recursion) -> list[Expression]:
     """Gamma^-1 theta_hat', with the names of a diagonal Gamma, and the numbers of a full one."""
     p, rates, Gamma = r.p, _rates(r), r.experiment.Gamma
     if not any(Gamma[i][j] for i in range(p) for j in range(p) if i != j):
-        return [quotient(rate, Name(r.names.gamma(i, i))) for i, rate in enumerate(rates, 1)]
+        return [quotient(rate, Name(r.experiment.gamma(i, i))) for i, rate in enumerate(rates, 1)]
     inverse = sp.Matrix(p, p, [sp.Rational(v) for row in Gamma for v in row]).inv()
     return [
         add(*(product(number(Fraction(int(inverse[i, j].p), int(inverse[i, j].q))), rates[j]) for j in range(p)))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from conformance.theory import expressions
-from conformance.theory.experiments import INPUT, Experiment, form_of
+from conformance.theory.experiments import INPUT, Experiment
 from conformance.theory.expressions import (
     ZERO,
     Call,
@@ -43,6 +43,7 @@ from conformance.theory.statements import (
     ordered_form,
     recursion_of,
 )
+from conformance.theory.symbolic import form_of
 
 NARROW, WIDE = 70, 110  # characters: of equations that notes stand beside, of lines
 
@@ -169,11 +170,11 @@ def _lyapunov(e: Experiment, tag: str) -> Iterator[Equation]:
 
 def _parameter_errors(e: Experiment) -> Iterator[Expression]:
     """theta_tilde' Gamma^-1 theta_tilde / 2, term by term; of a full Gamma the inverse is in numbers."""
-    names, errors = Names(e), [Name(f"{p.name}_tilde") for p in e.unknown]
+    errors = [Name(f"{p.name}_tilde") for p in e.unknown]
     p, two = len(errors), Fraction(2)
     if not any(e.Gamma[i][j] for i in range(p) for j in range(p) if i != j):
         for i, error in enumerate(errors, 1):
-            yield quotient(power(error, two), product(number(2), Name(names.gamma(i, i))))
+            yield quotient(power(error, two), product(number(2), Name(e.gamma(i, i))))
         return
     inverse = sp.Matrix(p, p, [sp.Rational(v) for row in e.Gamma for v in row]).inv()
     for i in range(p):

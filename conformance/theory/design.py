@@ -19,9 +19,10 @@ from typing import Any
 
 import sympy as sp
 
+from .faults import DesignError
 from .nonzero import is_bounded, singularities
 from .program import Program, evaluate, explicit, needed
-from .strict_feedback import TIME, DesignError, StrictFeedback, expression
+from .strict_feedback import TIME, StrictFeedback, expression
 
 
 class IdentityRefuted(DesignError):
@@ -228,6 +229,15 @@ class ClosedLoop:
     def explicit(self, expression: sp.Expr) -> sp.Expr:
         """Return an expression written out in time and states, without the shared names."""
         return explicit(expression, dict(self.definitions))
+
+    def at(self, numbers: Mapping[sp.Symbol, sp.Rational]) -> ClosedLoop:
+        """The closed loop with numbers in the place of symbols that were left free."""
+        outputs = (*self.rhs, *self.z, self.u, self.reference, self.V, self.V_dot, self.dissipation)
+        definitions, found = _substituted(dict(self.definitions), outputs, numbers)
+        m, n = len(self.rhs), len(self.z)
+        u, r, V, V_dot, dissipated = found[m + n :]
+        rhs, z = tuple(found[:m]), tuple(found[m : m + n])
+        return ClosedLoop(self.time, self.states, tuple(definitions.items()), rhs, u, r, z, V, V_dot, dissipated)
 
 
 def closed_loop(

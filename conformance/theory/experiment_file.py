@@ -23,7 +23,8 @@
     start = ["0.5", "0"]
     horizon = "10"
 
-Also: `[symbols]` (meaning of a name, or [meaning, unit]), `step` of the fixed-step programs in [experiment],
+Also: `[symbols]` (meaning of a name, or [meaning, unit]), `step` of the fixed-step programs and `tolerance` (of
+each state, 1e-6 of its size where it is not said) in [experiment],
 `[[fact]]`s (t, values computed independently, their source), and `extends = "other.toml"`, a file of the same folder
 from which all is taken that is not said anew, but for title, name and facts. A file that is extended extends none.
 """
@@ -32,19 +33,13 @@ from __future__ import annotations
 
 import difflib
 import re
-import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NoReturn
 
-import sympy as sp
-
 from conformance.foreign import kind, plain
 from conformance.theory import expressions, reader
-from conformance.theory.design import checked_Gamma
 from conformance.theory.experiments import (
     INPUT,
     LONGEST_NAME,
@@ -54,30 +49,22 @@ from conformance.theory.experiments import (
     Meaning,
     Unknown,
     camel,
-    plant_of,
-    reference_of,
     refused_name,
 )
 from conformance.theory.expressions import (
     FUNCTIONS,
     Expression,
     Name,
-    Negative,
-    Quotient,
     decimal,
     is_decimal,
-    to_sympy,
     walk,
 )
-from conformance.theory.faults import Fault, FileFault, Place, Span, TomlFile, read_toml
-from conformance.theory.nonzero import is_bounded, singularities
+from conformance.theory.faults import DesignError, Place, Span, TomlFile, read_toml
 from conformance.theory.numbers import double, exact_value
 from conformance.theory.reader import Unreadable
-from conformance.theory.strict_feedback import TIME, DesignError, Rule, Violation, classify
 
 MOST_STATES, MOST_UNKNOWN, MOST_CONSTANTS, MOST_FACTS = 8, 10, 30, 100
 LONGEST_TEXT = 500  # characters
-LONGEST_TIME = 3  # s of the processor, to classify; plants of the gallery take 0.1 s
 
 HEAD = ("title", "name", "source")
 TABLES: Mapping[str, tuple[str, ...] | None] = {  # the keys of each; None where the file names them
@@ -85,7 +72,7 @@ TABLES: Mapping[str, tuple[str, ...] | None] = {  # the keys of each; None where
     "constants": None,
     "unknown": None,
     "design": ("k", "Gamma"),
-    "experiment": ("reference", "start", "horizon", "step"),
+    "experiment": ("reference", "start", "horizon", "step", "tolerance"),
     "symbols": None,
 }
 OPTIONAL = ("constants", "unknown", "symbols")
@@ -100,40 +87,16 @@ def read_experiment(path: Path) -> Experiment:
 
     Raises FileFault, with every fault shown at its place. Nothing in the file is executed.
     """
-    file = read_toml(path)
-    reading = _Reading([file, *_extended(file)])
-    experiment = reading.experiment()
-    try:
-        with user_time(LONGEST_TIME):
-            reading.check_plant(experiment)
-            reading.check_reference(experiment)
-    except OutOfTime:
-        sentence = f"it takes more than {LONGEST_TIME} s to decide whether (2) and (3) hold for plant and reference"
-        file.refuse(file.span(("plant",)), sentence, "write rows and reference with fewer functions within functions")
-    return experiment
+    from conformance.theory.admission import admit  # which needs SymPy
+
+    reading = Reading(path)
+    admit(reading)
+    return reading.experiment
 
 
-class OutOfTime(BaseException):
-    """The time that something may take is over; no Exception, so that nobody takes it for an error of his own."""
-
-
-@contextmanager
-def user_time(seconds: float) -> Iterator[None]:
-    """Raise OutOfTime in what takes more seconds of the processor; in the main thread alone, where signals arrive."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def over(*_: object) -> NoReturn:
-        raise OutOfTime
-
-    before = signal.signal(signal.SIGVTALRM, over)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds, 0.1)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
+def as_written(path: Path) -> Experiment:
+    """The experiment of a file that is known to be admitted; raises FileFault for what cannot be read."""
+    return Reading(path).experiment
 
 
 def _extended(file: TomlFile) -> Iterator[TomlFile]:
@@ -154,12 +117,13 @@ def _extended(file: TomlFile) -> Iterator[TomlFile]:
     yield base
 
 
-class _Reading:
+class Reading:
     """A file and the one that it extends, read as one: what the first does not say, the second does."""
 
-    def __init__(self, files: Sequence[TomlFile]) -> None:
-        self.files = files
-        self.row_places: dict[str, Place] = {}
+    def __init__(self, path: Path) -> None:
+        file = read_toml(path)
+        self.files = [file, *_extended(file)]
+        self.experiment = self.whole()
 
     # -------------------------------------------------------------- values and their places
 
@@ -213,7 +177,7 @@ class _Reading:
 
     # -------------------------------------------------------------- the parts of an experiment
 
-    def experiment(self) -> Experiment:
+    def whole(self) -> Experiment:
         """The experiment, each part checked by itself."""
         for file in self.files:
             self.check_keys(file)
@@ -242,7 +206,8 @@ class _Reading:
             reference,
             self.numbers(n, "experiment", "start"),
             self.positive("experiment", "horizon"),
-            self.positive("experiment", "step") if self.holder("experiment", "step") else None,
+            step=self.positive("experiment", "step") if self.holder("experiment", "step") else None,
+            tolerance=self.positive("experiment", "tolerance") if self.holder("experiment", "tolerance") else None,
         )
         self.check_use(experiment)
         return self.described(experiment)
@@ -405,8 +370,9 @@ class _Reading:
         """The positive number at a place."""
         result = self.number(*place)
         if result <= 0:
+            of = "" if place[-1] == "tolerance" else " of s"
             self.refuse(
-                place, f"{place[-1]} is {plain(result, 40)}, and must be positive", "write a positive number of s"
+                place, f"{place[-1]} is {plain(result, 40)}, and must be positive", f"write a positive number{of}"
             )
         return result
 
@@ -448,8 +414,11 @@ class _Reading:
             sentence = f"Gamma is not {p} x {p}, one row and one column per unknown parameter"
             self.refuse(place, sentence, "write a list of rows, or one number")
         rows = [[self.exact(e, (*place, str(i), str(j))) for j, e in enumerate(row)] for i, row in enumerate(given)]
+
+        from conformance.theory.design import checked_Gamma  # which needs SymPy
+
         try:
-            checked_Gamma([[sp.Rational(e) for e in row] for row in rows], p)
+            checked_Gamma(rows, p)
         except DesignError as error:
             remedy = "write a symmetric matrix with positive eigenvalues (6), such as a diagonal of positive numbers"
             self.refuse(place, plain(error, 200), remedy)
@@ -515,82 +484,6 @@ class _Reading:
             file.refuse(file.span(place), str(error), "write a decimal in quotes")
         return number, Fraction(10) ** (int(digits[2] or 0) - len(digits[1]))
 
-    # -------------------------------------------------------------- the plant and the reference as a whole
-
-    def check_plant(self, experiment: Experiment) -> None:
-        """Refuse a plant that is not in strict-feedback form, with each rule that a row breaks at its place."""
-        for state, row in zip(experiment.states, experiment.rows, strict=True):
-            self.check_real(("plant", state), row, experiment)
-        violations = classify(plant_of(experiment)).violations
-        if violations:
-            raise FileFault([self.violation(experiment, violation) for violation in violations])
-
-    def check_real(self, place: Place, e: Expression, experiment: Experiment) -> None:
-        """Refuse a part of an expression that is no real number, whatever the states are."""
-        for node in reversed(list(walk(e))):
-            worth = to_sympy(node, experiment.symbol)
-            if worth.has(sp.nan, sp.zoo, sp.oo, sp.I) or worth.is_extended_real is False:
-                what = (
-                    "has no value: something is divided by 0"
-                    if worth.has(sp.nan, sp.zoo, sp.oo)
-                    else "is no real number"
-                )
-                self.refuse_within(place, node.span, f"this {what}", "write what has a real value for every state")
-
-    def violation(self, experiment: Experiment, violation: Violation) -> Fault:
-        """A broken rule as a fault at the term that breaks it."""
-        place = ("plant", experiment.states[violation.row - 1])
-        file = self.holder(*place) or self.files[0]
-        row = experiment.rows[violation.row - 1]
-        span = self.within(file, place, _span_of(row, violation.term, experiment.symbol))
-        sentence = f"row {violation.row}: {plain(violation.reason, 200)}"
-        return file.fault(span, sentence, REMEDIES[violation.rule])
-
-    def check_reference(self, experiment: Experiment) -> None:
-        """Refuse a reference that is not smooth, or not bounded with its first n derivatives (3)."""
-        place = ("experiment", "reference")
-        self.check_real(place, experiment.reference, experiment)
-        e = reference_of(experiment)
-        for part, _ in singularities(e, (TIME,)):
-            span = _span_of(experiment.reference, part, experiment.symbol)
-            remedy = "write a reference that is smooth for all t"
-            self.refuse_within(place, span, f"{plain(part)} is not smooth, or not known to be (3)", remedy)
-        for order in range(len(experiment.states) + 1):
-            if not is_bounded(sp.diff(e, TIME, order), TIME):
-                what = "the reference" if not order else f"derivative {order} of the reference"
-                remedy = "write a bounded reference, such as sines, a constant, or one that settles"
-                self.refuse_within(place, (0, LONGEST_TEXT), f"{what} is not bounded, or not known to be (3)", remedy)
-
-
-REMEDIES: Mapping[Rule, str] = {
-    Rule.PURE_FEEDBACK: "choose states so that the next one enters linearly; pure feedback is another design (16)",
-    Rule.STATE_AHEAD: "order the states so that each row looks at those before it and the next one alone (2)",
-    Rule.INPUT_EARLY: "order the states so that the input enters the last row alone (2)",
-    Rule.INPUT_NOT_AFFINE: "take what the input does, such as u^2, as the input itself, if it can have both signs",
-    Rule.NEXT_STATE_ABSENT: "order the states as a chain: each row holds the next state, the last one the input",
-    Rule.NONLINEAR_IN_PARAMETERS: "take the function of the parameters as a parameter of its own: theta^2 as theta2",
-    Rule.PARAMETER_IN_GAIN: "an unknown gain is outside of this design; state its value in [constants] if it is known",
-    Rule.GAIN_VANISHES: "this design divides by g_i; restrict the plant to where it has one sign, by another model",
-    Rule.GAIN_SIGN_UNKNOWN: "state constants such that the sign of g_i is known",
-    Rule.TIME_VARYING_PARAMETER: "parameters are constant in this theory (4)",
-    Rule.TIME_VARYING_ROW: "rows are functions of the state alone (4)",
-    Rule.UNMODELLED_SIGNAL: "signals without a model cannot be folded into theta (4)",
-    Rule.HIDDEN_STATE: "the full state must be measured (3)",
-    Rule.UNDECLARED_SYMBOL: "declare it in [constants] or [unknown]",
-    Rule.NOT_SMOOTH: "use functions that are smooth for every state, such as x*tanh(x/eps) in place of |x| (3)",
-}
-
-
-def _span_of(row: Expression, term: sp.Expr, symbols: Callable[[str], sp.Expr]) -> Span:
-    """Where a term stands in the expression that SymPy was given; the whole, if nothing there is equal to it."""
-    for node in walk(row):
-        e = to_sympy(node, symbols)
-        if isinstance(node, Quotient) and to_sympy(node.under, symbols) == 1 / term:
-            return node.under.span
-        if e in (term, -term):
-            return node.of.span if isinstance(node, Negative) and e == -term else node.span
-    return row.span
-
 
 def _counted(count: int) -> str:
     return "1 number" if count == 1 else f"{count} numbers"
@@ -616,7 +509,8 @@ def to_toml(experiment: Experiment) -> str:
     if e.unknown:
         lines.append(f"Gamma = [{', '.join(map(_listed, e.Gamma))}]")
     lines += ["", "[experiment]", f'reference = "{expressions.text(e.reference)}"', f"start = {_listed(e.start)}"]
-    lines += [f"{key} = {_quoted(getattr(e, key))}" for key in ("horizon", "step") if getattr(e, key) is not None]
+    numbers = {key: getattr(e, key) for key in ("horizon", "step", "tolerance")}
+    lines += [f"{key} = {_quoted(value)}" for key, value in numbers.items() if value is not None]
     if e.symbols:
         lines += [
             "",

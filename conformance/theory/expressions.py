@@ -13,11 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-import sympy as sp
-
-FUNCTIONS: Mapping[str, sp.Function] = {
-    name: getattr(sp, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan")
-}
+FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "sinh", "cosh", "tanh", "atan")
 
 Span = tuple[int, int]  # of the text that was read, from and up to
 
@@ -398,31 +394,6 @@ def _rate_of_call(function: str, a: Expression, inner: Expression) -> Expression
 
 
 # ------------------------------------------------------------------ what expressions are worth
-
-
-def to_sympy(e: Expression, symbols: Callable[[str], sp.Expr]) -> sp.Expr:
-    """The expression in SymPy, where `symbols` gives what each name stands for."""
-
-    def s(part: Expression) -> sp.Expr:
-        return to_sympy(part, symbols)
-
-    match e:
-        case Number(value):
-            return sp.Rational(value)
-        case Name(name):
-            return symbols(name)
-        case Negative(of):
-            return -s(of)
-        case Sum(terms):
-            return sp.Add(*map(s, terms))
-        case Product(factors):
-            return sp.Mul(*map(s, factors))
-        case Quotient(over, under):
-            return s(over) / s(under)
-        case Power(base, exponent):
-            return s(base) ** sp.Rational(exponent)
-        case Call(function, argument):
-            return FUNCTIONS[function](s(argument))
 
 
 def value(e: Expression, values: Mapping[str, Fraction]) -> Fraction:

@@ -23,6 +23,10 @@ Place = tuple[
 Span = tuple[int, int]  # of the text, from and up to
 
 
+class DesignError(ValueError):
+    """An input from which no design can be made; the message is one line that names the row and the term."""
+
+
 @dataclass(frozen=True)
 class Fault:
     """One thing that is wrong: where (line and column from 1, 0 for the whole file), a sentence, and what to do."""

@@ -32,8 +32,8 @@ from conformance.theory.expressions import (
     Sum,
     text,
 )
-from conformance.theory.statements import CONTROLLER, PLANT, REFERENCE, REGRESSOR, Names, Statement, reference_names
-from conformance.theory.strict_feedback import DesignError
+from conformance.theory.faults import DesignError
+from conformance.theory.statements import CONTROLLER, PLANT, REFERENCE, REGRESSOR, Statement, reference_names
 
 POINTS = 3
 TRIES = 20  # of points, until one is at no pole
@@ -153,7 +153,7 @@ class _Point:
         self.controller = [s for s in statements if s.section in (REGRESSOR, CONTROLLER)]
         self.functions = Functions(source)
         gains = {f"k{i}": gain for i, gain in enumerate(experiment.k, 1)}
-        gains |= Names(experiment).gammas() if experiment.unknown else {}
+        gains |= experiment.gammas
         self.constants = {name: Dual(value) for name, value in (*experiment.constants, *gains.items())}
         self.theta = {p.name: random_rational(source) for p in experiment.unknown}
         self.state = {name: random_rational(source) for name in (*experiment.states, *experiment.estimates)}

@@ -42,7 +42,7 @@ from conformance.theory.expressions import (
     substitute,
     terms_of,
 )
-from conformance.theory.strict_feedback import DesignError
+from conformance.theory.faults import DesignError
 
 LARGE = 120  # statements
 SHORT = 3  # operations of a partial derivative that is written where it is used
@@ -134,7 +134,6 @@ class Names:
         self.n, self.p = len(experiment.states), len(experiment.unknown)
         rows = [i for i, row in enumerate(ordered_form(experiment).phi) if any(e != ZERO for e in row)]
         self.rows = len(rows)
-        self.Gamma = experiment.Gamma
 
     def phi(self, i: int, j: int) -> str:
         """The regressor of parameter j in row i, from 1: phi, or phi2, phi_1, phi2_1."""
@@ -143,18 +142,6 @@ class Names:
     def component(self, name: str, i: int, j: int) -> str:
         """Component j of w_i or tau_i, from 1."""
         return f"{name}{i}" + (f"_{j}" if self.p > 1 else "")
-
-    def gamma(self, i: int, j: int) -> str:
-        """An entry of Gamma, from 1: gamma of a multiple of the identity, gamma1 of a diagonal, gamma12 of others."""
-        entries = [self.Gamma[a][b] for a in range(self.p) for b in range(self.p) if a != b]
-        if any(entries):
-            return f"gamma{min(i, j)}{max(i, j)}"
-        return "gamma" if len({self.Gamma[a][a] for a in range(self.p)}) == 1 else f"gamma{i}"
-
-    def gammas(self) -> dict[str, Fraction]:
-        """The entries of Gamma that are not 0, by name."""
-        pairs = ((i, j) for i in range(1, self.p + 1) for j in range(i, self.p + 1))
-        return {self.gamma(i, j): self.Gamma[i - 1][j - 1] for i, j in pairs if self.Gamma[i - 1][j - 1]}
 
 
 def parameters_of(experiment: Experiment) -> tuple[Parameter, ...]:
@@ -171,7 +158,7 @@ def parameters_of(experiment: Experiment) -> tuple[Parameter, ...]:
         put(f"{parameter.name}_true", parameter.true, "(15)", f"true {which}, used by the plant alone", unit)
     for i, gain in enumerate(experiment.k, 1):
         put(f"k{i}", gain, "(15)", f"gain on z{i}, positive")
-    for name, gain in Names(experiment).gammas().items() if experiment.unknown else ():
+    for name, gain in experiment.gammas.items():
         wording = "adaptation gain, positive" if name == "gamma" else "entry of the adaptation gain"
         put(name, gain, "(15)", wording)
     for name, number in experiment.constants:
@@ -447,11 +434,11 @@ class Recursion:
 
     def gain(self, a: int, b: int) -> Expression:
         """Entry (a, b) of Gamma from 0, by its name."""
-        return Name(self.names.gamma(a + 1, b + 1)) if self.experiment.Gamma[a][b] else ZERO
+        return Name(self.experiment.gamma(a + 1, b + 1)) if self.experiment.Gamma[a][b] else ZERO
 
     def paired(self, row: Sequence[Expression], column: Sequence[Expression], scaled: bool) -> Expression:
         """A row times a column, or times Gamma times the column if it is to be scaled."""
-        if scaled and self.p and self.names.gamma(1, 1) == "gamma":
+        if scaled and self.p and self.experiment.gamma(1, 1) == "gamma":
             return product(self.gain(0, 0), self.paired(row, column, False))
         rates = self.adapted(column) if scaled else column
         return add(*(product(a, b) for a, b in zip(row, rates, strict=True)))

@@ -17,13 +17,10 @@ from typing import Any
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
+from .faults import DesignError
 from .nonzero import Sign, Verdict, sign_of, singularities
 
 TIME = sp.Symbol("t")
-
-
-class DesignError(ValueError):
-    """An input from which no design can be made; the message is one line that names the row and the term."""
 
 
 class Rule(Enum):

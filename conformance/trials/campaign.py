@@ -18,7 +18,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -28,20 +28,40 @@ from conformance.programs.ports import ROOT, Port
 from conformance.programs.run import choose_engine, compile_command, engine_version, headless
 from conformance.programs.sandbox import boxed
 from conformance.programs.table import layout
-from conformance.theory.scenario import RANGES, WAVES, Scenario, to_toml
-from conformance.trials.edits import edited, in_scenario, without_drawing
+from conformance.theory.experiment_file import to_toml
+from conformance.theory.experiments import Constant, Experiment, with_values
+from conformance.theory.lesson import LESSON
+from conformance.theory.reader import read
+from conformance.trials.edits import edited, in_experiment, without_drawing
 
 FOLDER = ROOT / "build" / "campaign"
 PATIENCE = 120  # s, for one compilation or one run; the slowest program needs 5
 RADIUS = 1e-12  # of the proofs: a millionth of the tolerance
+WAVES = ("sin", "cos")
+RANGES = {  # of random scenarios: lowest, highest, grain; docs/campaign.md tells why
+    "theta": ("-1.5", "1.5", "0.01"),
+    "k1": ("0.5", "2.5", "0.01"),
+    "k2": ("0.5", "2.5", "0.01"),
+    "gamma": ("0.5", "3", "0.01"),
+    "amplitude": ("0", "1", "0.01"),
+    "omega": ("0.1", "2", "0.01"),
+    "phase": ("-3.1", "3.1", "0.1"),
+    "x1_start": ("-1.2", "1.2", "0.01"),
+    "x2_start": ("-1", "1", "0.01"),
+    "theta_hat_start": ("-1", "1", "0.01"),
+    "horizon": ("4", "20", "0.5"),  # a multiple of every program's step
+}
 MOST_THREADS = 4  # per worker process: a thread mostly waits for a program, and a process needs 2 s to start
 
 
-def draw(seed: int, number: int) -> Scenario:
-    """The scenario of that number; it does not depend on how many are drawn."""
+def draw(seed: int, number: int) -> Experiment:
+    """The lesson's plant in the experiment of that number; it does not depend on how many are drawn."""
     chance = random.Random(f"{seed} {number}")
     drawn = {name: _multiple(chance, *map(Fraction, limits)) for name, limits in RANGES.items()}
-    return Scenario(**drawn, wave=chance.choice(WAVES))
+    reference = read(f"amplitude*{chance.choice(WAVES)}(omega*t + phase)")
+    constants = (*LESSON.constants, Constant("phase", Fraction(0)))
+    title = f"Drawn: number {number} of the seed {seed}"
+    return with_values(replace(LESSON, title=title, reference=reference, constants=constants, facts=()), drawn)
 
 
 def _multiple(chance: random.Random, low: Fraction, high: Fraction, grain: Fraction) -> Fraction:
@@ -67,9 +87,9 @@ class Program:
 
 @dataclass(frozen=True)
 class Trial:
-    """One program on one scenario, and the folder of the scenario's results; `key` is of all that it rests on."""
+    """One program on one experiment, and the folder of its results; `key` is of all that it rests on."""
 
-    scenario: Scenario
+    experiment: Experiment
     program: Program
     text: str
     folder: Path
@@ -120,13 +140,13 @@ def prepare(port: Port) -> Program:
     return Program(port, version, tuple(compile_command(port)), digest.hexdigest())
 
 
-def trial(scenario: Scenario, program: Program, folder: Path) -> Trial:
-    """The trial of a program on a scenario, its figure left out; raises ValueError where an edit does not apply."""
-    port, toml = program.port, to_toml(scenario)
-    text = in_scenario(port, scenario)
+def trial(experiment: Experiment, program: Program, folder: Path) -> Trial:
+    """The trial of a program on an experiment, its figure left out; raises ValueError where an edit does not apply."""
+    port, toml = program.port, to_toml(experiment)
+    text = in_experiment(port, experiment)
     text = edited(text, without_drawing(port, text))
     key = hashlib.sha256("\0".join((toml, text, program.depends_on)).encode()).hexdigest()
-    return Trial(scenario, program, text, folder / hashlib.sha256(toml.encode()).hexdigest()[:16], key)
+    return Trial(experiment, program, text, folder / hashlib.sha256(toml.encode()).hexdigest()[:16], key)
 
 
 def known(one: Trial) -> Outcome | None:
@@ -142,13 +162,13 @@ def known(one: Trial) -> Outcome | None:
 # ---- On a worker ----
 
 
-def prove(scenario: Scenario) -> str:
+def prove(experiment: Experiment) -> str:
     """Have the proof of the exact solution in the cache; returns an obstacle, or nothing."""
     from conformance.truth.exact import exact
     from conformance.truth.truth import ProofEnded
 
     try:
-        exact(scenario, RADIUS)
+        exact(experiment, RADIUS)
     except ProofEnded as obstacle:
         return str(obstacle)
     return ""
@@ -219,18 +239,18 @@ def judged(one: Trial, tree: Path, seconds: float) -> Outcome:
 
     build = tree / "build" / one.program.name
     csv = build / one.program.port.csv.name
-    verdict = judge_file(csv, one.scenario, build / "stdout.txt", target=RADIUS)
+    verdict = judge_file(csv, one.experiment, build / "stdout.txt", target=RADIUS)
     errors = [result.figure for result in verdict.errors.values()]
     name = one.program.name
     return Outcome(name, one.folder.name, verdict.status, verdict.reason, max(errors, default=0.0), seconds)
 
 
 def keep_files(one: Trial, tree: Path) -> None:
-    """Leave the program, what it made and the scenario beside the outcome."""
+    """Leave the program, what it made and the experiment beside the outcome."""
     shutil.rmtree(one.kept, ignore_errors=True)
     shutil.copytree(tree / "build" / one.program.name, one.kept, ignore=shutil.ignore_patterns("bin", "home"))
     (one.kept / one.program.port.source).write_text(one.text, encoding="utf-8")
-    (one.folder / "scenario.toml").write_text(to_toml(one.scenario))
+    (one.folder / "experiment.toml").write_text(to_toml(one.experiment))
 
 
 # ---- On a cluster ----
@@ -269,11 +289,11 @@ def run_campaign(
     trials: Iterable[Trial], scheduler: str | None = None, jobs: int = os.cpu_count() or 1
 ) -> Iterator[Outcome]:
     """The outcome of every trial, those that are kept first, the others as they are carried out."""
-    waiting: dict[Scenario, list[Trial]] = {}
+    waiting: dict[Experiment, list[Trial]] = {}
     for one in trials:
         outcome = known(one)
         if outcome is None:
-            waiting.setdefault(one.scenario, []).append(one)
+            waiting.setdefault(one.experiment, []).append(one)
         else:
             yield outcome
     if waiting:
@@ -281,12 +301,12 @@ def run_campaign(
             yield from _outcomes(client, waiting)
 
 
-def _outcomes(client: Any, waiting: dict[Scenario, list[Trial]]) -> Iterator[Outcome]:
+def _outcomes(client: Any, waiting: dict[Experiment, list[Trial]]) -> Iterator[Outcome]:
     from distributed import as_completed
 
     futures = []
-    for scenario, some in waiting.items():
-        proof = client.submit(prove, scenario, pure=False)
+    for experiment, some in waiting.items():
+        proof = client.submit(prove, experiment, pure=False)
         futures += [client.submit(carry_out, one, proof, pure=False) for one in some]
     for future in as_completed(futures):
         yield future.result()
@@ -309,11 +329,10 @@ def report(outcomes: Sequence[Outcome], folder: Path) -> str:
     """The summary; per run that did not pass the reason and what reproduces it; the count last."""
     lines = [summary(outcomes)]
     for outcome in sorted((o for o in outcomes if o.status != "pass"), key=lambda o: (o.scenario, o.port)):
-        toml = folder / outcome.scenario / "scenario.toml"
+        toml = folder / outcome.scenario / "experiment.toml"
         lines += ["", f"{outcome.port}: {outcome.status}: {outcome.reason}", f"# {toml}", toml.read_text().strip()]
-        csv = folder / outcome.scenario / outcome.port / f"Chapter17_Lesson1_{outcome.port}.csv"
-        if csv.exists():
-            lines.append(f"# python -m conformance validate {csv} --scenario {toml}")
+        for csv in (folder / outcome.scenario / outcome.port).glob("*.csv"):
+            lines.append(f"# python -m conformance validate {csv} --plant {toml}")
     passed = sum(outcome.status == "pass" for outcome in outcomes)
     scenarios = len({outcome.scenario for outcome in outcomes})
     return "\n".join([*lines, f"{passed} of {len(outcomes)} runs on {scenarios} scenarios conform"])

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Scenarios of a program's own: drawn by a seed that follows from its source, and of those the ones that go furthest.
+"""Experiments of a program's own: drawn by a seed that follows from its source, and of those the ones that go furthest.
 
 A program cannot hold answers to experiments that follow from its text, nor be right only where the lesson goes.
 """
 
 import functools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from conformance.judging.verdict import Judgement, Verdict
 from conformance.programs.ports import SIX, Port
-from conformance.theory.scenario import LESSON, PARAMETERS, RANGES, WAVES, Scenario
-from conformance.trials.campaign import FOLDER, Outcome, Trial, carry_out, draw, prepare, prove, trial
-from conformance.truth.exact import derived_functions
+from conformance.theory.experiments import Experiment, values_of
+from conformance.theory.lesson import LESSON
+from conformance.trials.campaign import FOLDER, RANGES, Outcome, Trial, carry_out, draw, prepare, prove, trial
+from conformance.truth.exact import functions_of
 
 Floats = npt.NDArray[np.float64]
 DRAWN = 256  # of which a few are taken
@@ -37,7 +38,7 @@ def _tried(verdict: Verdict, ports: Mapping[str, Port]) -> Verdict:
     if verdict.name in SIX or verdict.name not in ports or not verdict.conforms:
         return verdict
     try:
-        outcomes = [carry_out(one, prove(one.scenario)) for one in own_trials(ports[verdict.name], OWN)]
+        outcomes = [carry_out(one, prove(one.experiment)) for one in own_trials(ports[verdict.name], OWN)]
     except ValueError as error:  # an edit that does not apply
         return replace(verdict, status="error", reason=f"experiments of its own: {error}")
     failed = [outcome for outcome in outcomes if outcome.status != "pass"]
@@ -47,23 +48,23 @@ def _tried(verdict: Verdict, ports: Mapping[str, Port]) -> Verdict:
 
 
 def _told(outcome: Outcome) -> str:
-    return f"on an experiment of its own ({FOLDER.name}/{outcome.scenario}/scenario.toml): {outcome.reason}"
+    return f"on an experiment of its own ({FOLDER.name}/{outcome.scenario}/experiment.toml): {outcome.reason}"
 
 
 def own_trials(port: Port, count: int, folder: Path = FOLDER) -> list[Trial]:
     """A program on the experiments that follow from its source."""
     program = prepare(port)
-    return [trial(scenario, program, folder) for scenario in own_scenarios(port, count)]
+    return [trial(experiment, program, folder) for experiment in own_experiments(port, count)]
 
 
-def own_scenarios(port: Port, count: int) -> tuple[Scenario, ...]:
+def own_experiments(port: Port, count: int) -> tuple[Experiment, ...]:
     """The experiments that follow from a program's source."""
     return furthest(int(port.source_hash()[:15], 16), count)
 
 
 @functools.cache
-def furthest(seed: int, count: int) -> tuple[Scenario, ...]:
-    """Of the first scenarios of a seed, cut short, those that most extend what x1, x2, theta_hat and u have reached.
+def furthest(seed: int, count: int) -> tuple[Experiment, ...]:
+    """Of the first experiments of a seed, cut short, those that most extend what states, estimates and u have reached.
 
     The lesson's own experiment has reached its ranges before; each that is taken adds its own.
     """
@@ -80,32 +81,29 @@ def furthest(seed: int, count: int) -> tuple[Scenario, ...]:
     return tuple(drawn[number] for number in taken)
 
 
-def extremes(scenarios: Sequence[Scenario]) -> tuple[Floats, Floats]:
-    """The least and greatest x1, x2, theta_hat and u of each scenario over HORIZON, shapes (scenarios, 4), roughly."""
-    low, high = np.zeros((2, len(scenarios), 4))
-    for wave in WAVES:
-        chosen = [number for number, scenario in enumerate(scenarios) if scenario.wave == wave]
-        if chosen:
-            paths = simulated(wave, [scenarios[number] for number in chosen])
-            low[chosen], high[chosen] = paths.min(axis=0), paths.max(axis=0)
+def extremes(experiments: Sequence[Experiment]) -> tuple[Floats, Floats]:
+    """The least and greatest states, estimates and u of each experiment over HORIZON, shapes (experiments, m + 1)."""
+    low, high = np.zeros((2, len(experiments), len(LESSON.names) + 1))
+    for reference in {experiment.reference for experiment in experiments}:
+        chosen = [number for number, experiment in enumerate(experiments) if experiment.reference == reference]
+        paths = simulated([experiments[number] for number in chosen])
+        low[chosen], high[chosen] = paths.min(axis=0), paths.max(axis=0)
     return low, high
 
 
-def simulated(wave: str, scenarios: Iterable[Scenario]) -> Floats:
-    """x1, x2, theta_hat and u of scenarios of one wave, shape (steps + 1, scenarios, 4), by classical RK4."""
-    some, functions = list(scenarios), derived_functions(wave)
-    given = {name: np.array([float(getattr(scenario, name)) for scenario in some]) for name in PARAMETERS}
-    starts = ("x1_start", "x2_start", "theta_hat_start")
-    state = np.array([[float(getattr(scenario, name)) for scenario in some] for name in starts])
+def simulated(some: Sequence[Experiment]) -> Floats:
+    """States, estimates and u of experiments of one family, shape (steps + 1, experiments, m + 1), by classical RK4."""
+    functions, all_values = functions_of(some[0]), list(map(values_of, some))
+    values = {name: np.array([float(one[name]) for one in all_values]) for name in all_values[0]}
+    state = np.array([values[f"{name}_start"] for name in some[0].names])
 
     def slope(t: float, y: Floats) -> Floats:
-        return np.stack(np.broadcast_arrays(*functions["first"](t, *y, **given)))
+        return functions("first", values, np.full(len(some), t), y)
 
     paths = []
     for number in range(round(float(HORIZON) / STEP) + 1):
         t = number * STEP
-        (control,) = functions["control"](t, *state, **given)
-        paths.append(np.stack([*state, control], axis=1))
+        paths.append(np.vstack([state, functions("control", values, np.full(len(some), t), state)]).T)
         s1 = slope(t, state)
         s2 = slope(t + STEP / 2, state + STEP / 2 * s1)
         s3 = slope(t + STEP / 2, state + STEP / 2 * s2)

@@ -1,24 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Edits of a program's text: replacements, constants by name, and another scenario, in every port's own spelling."""
+"""Edits of a program's text: replacements, constants by name, and another experiment, in every port's own spelling."""
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 
 from conformance.programs.ports import Port
 from conformance.programs.sources import source, spaced
 from conformance.programs.spelling import parameters, spelled, spelled_name
-from conformance.theory.scenario import LESSON, NUMBERS, Scenario
+from conformance.theory.experiments import HORIZON, Experiment, values_of
+from conformance.theory.expressions import Number, substitute
+from conformance.theory.lesson import LESSON
+from conformance.theory.statements import statements_of
 
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
-CONSTANT_OF = {"horizon": "final_time", "theta": "theta_true"}  # where a program's name for it is another
-WAVES = {  # r and its first two derivatives, as (sign, function)
-    "sin": (("", "sin"), ("", "cos"), ("-", "sin")),
-    "cos": (("", "cos"), ("-", "sin"), ("-", "cos")),
-}
-AMPLITUDES = (("r", "amplitude"), ("r_dot", "amplitude * omega"), ("r_ddot", "amplitude * omega * omega"))
 
 
 @dataclass(frozen=True)
@@ -67,38 +64,30 @@ def decimal(value: Fraction) -> str:
     return text if "." in text else text + ".0"
 
 
-def scenario_edits(port: Port, text: str, scenario: Scenario) -> list[Edit]:
-    """What turns the lesson's program into that of another scenario; logged times keep their distance."""
+def experiment_edits(port: Port, text: str, experiment: Experiment) -> list[Edit]:
+    """What turns the lesson's program into that of another experiment; logged times keep their distance."""
+    lesson, values = values_of(LESSON), values_of(experiment)
+    spelling = {HORIZON: "final_time"} | {parameter: f"{parameter}_true" for parameter in LESSON.parameters}
     edits = [
-        constant_edit(port, text, CONSTANT_OF.get(name, name), decimal(getattr(scenario, name)))
-        for name in NUMBERS
-        if name != "phase" and getattr(scenario, name) != getattr(LESSON, name)
+        constant_edit(port, text, spelling.get(name, name), decimal(values[name]))
+        for name, number in lesson.items()
+        if values[name] != number
     ]
     intervals = constant_value(port, text, "intervals")
-    if intervals and scenario.horizon != LESSON.horizon:
-        count = max(1, round(int(intervals) * scenario.horizon / LESSON.horizon))
+    if intervals and experiment.horizon != LESSON.horizon:
+        count = max(1, round(int(intervals) * experiment.horizon / LESSON.horizon))
         edits.append(constant_edit(port, text, "intervals", str(count)))
-    edits += [spelled_edit(port, old, new) for old, new in _reference(scenario) if old != new]
+    more = {name: Number(number) for name, number in experiment.constants if name not in lesson}
+    reference = replace(LESSON, reference=substitute(experiment.reference, more))
+    pairs = zip(statements_of(LESSON), statements_of(reference), strict=True)
+    edits += [spelled_edit(port, str(old), str(new)) for old, new in pairs if str(old) != str(new)]
     return edits
 
 
-def in_scenario(port: Port, scenario: Scenario) -> str:
-    """The lesson's program turned into that of another scenario; raises ValueError where an edit does not apply."""
+def in_experiment(port: Port, experiment: Experiment) -> str:
+    """The lesson's program turned into that of another experiment; raises ValueError where an edit does not apply."""
     text = source(port)
-    return edited(text, scenario_edits(port, text, scenario))
-
-
-def _reference(scenario: Scenario) -> list[tuple[str, str]]:
-    """The statements of r and its derivatives, in the lesson's scenario and in this one."""
-    statements = []
-    for (name, size), lesson, here in zip(AMPLITUDES, WAVES["sin"], WAVES[scenario.wave], strict=True):
-        angle = f"omega * t + {decimal(scenario.phase)}" if scenario.phase else "omega * t"
-        old, new = (
-            f"{name} = {sign}{size} * {wave}({argument})"
-            for (sign, wave), argument in ((lesson, "omega * t"), (here, angle))
-        )
-        statements.append((old, new))
-    return statements
+    return edited(text, experiment_edits(port, text, experiment))
 
 
 def without_drawing(port: Port, text: str) -> list[Edit]:

@@ -11,14 +11,14 @@ import numpy as np
 
 from conformance.judging.measured import Measured
 from conformance.judging.report import read_report, report_problems
-from conformance.judging.trajectory import STATES, TrajectoryError, load
+from conformance.judging.trajectory import TrajectoryError, load
 from conformance.judging.verdict import Judgement, judge_file, judge_port
 from conformance.programs.new_port import AWK
 from conformance.programs.ports import ROOT, SIX, Port, read_ports
 from conformance.programs.run import as_a_user, choose_engine, engine_version
 from conformance.programs.sources import SECTIONS, WORKS, cut, frame, sections, source, statements
 from conformance.programs.spelling import spelled
-from conformance.theory.scenario import LESSON
+from conformance.theory.lesson import LESSON
 from conformance.trials.coverage import with_own_experiments
 from conformance.trials.kill_matrix import outcomes, prepare
 from conformance.trials.variant import OWN, UNWRITTEN, Variant, read_variants
@@ -85,7 +85,7 @@ def program(port: Port) -> str:
 def csv(port: Port) -> str:
     """The CSV can be read."""
     try:
-        trajectory = load(port.csv, float(LESSON.horizon))
+        trajectory = load(port.csv, LESSON)
     except TrajectoryError as error:
         raise Unmet(str(error)) from None
     if port.rows and trajectory.t.size != port.rows:
@@ -95,7 +95,7 @@ def csv(port: Port) -> str:
 
 def stdout(port: Port) -> str:
     """The four lines are printed, and say what the CSV says."""
-    trajectory = load(port.csv, float(LESSON.horizon))
+    trajectory = load(port.csv, LESSON)
     lines, _ = read_report(port.stdout)
     problems = report_problems(lines, trajectory, LESSON, port.csv.name)
     if problems:
@@ -145,9 +145,9 @@ def solution(port: Port) -> str:
 def tolerance(port: Port) -> str:
     """The engine's tolerance is at most 10 times what is measured, and said where it comes from."""
     chosen = choose_engine(port)
-    log = Measured(load(port.csv, float(LESSON.horizon)), exact(LESSON))
+    log = Measured(load(port.csv, LESSON), exact(LESSON))
     largest = np.abs(log.deviation).max(axis=1)
-    line = ", ".join(f"{s} = {_rounded(MEASURED_TIMES * e):.0e}" for s, e in zip(STATES, largest, strict=True))
+    line = ", ".join(f"{s} = {_rounded(MEASURED_TIMES * e):.0e}" for s, e in zip(LESSON.names, largest, strict=True))
     ratios = np.array(chosen.tolerance) / largest
     if not ((ratios >= 1) & (ratios <= 10)).all():
         raise Unmet(

@@ -63,7 +63,7 @@ def outcome(variant: Variant, port: Port) -> Outcome:
     """Judge one variant as one port left it."""
     try:
         source(variant, port)
-        verdict = judge_port(in_tree(port, variant.tree), variant.scenario)
+        verdict = judge_port(in_tree(port, variant.tree), variant.experiment)
     except ValueError as error:
         verdict = Verdict(port.name, "missing", str(error))
     return Outcome(variant.name, port.name, variant.refused_by, verdict)

@@ -8,7 +8,7 @@ equivalent_mutants.toml that it computes the same, or is a hole in the checks.
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from difflib import unified_diff
 from fractions import Fraction
 from functools import partial
@@ -18,14 +18,14 @@ from conformance.judging.verdict import judge_port
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.table import layout
 from conformance.programs.writer import write
-from conformance.theory.experiments import Experiment
-from conformance.theory.scenario import LESSON, Scenario
-from conformance.trials.edits import in_scenario
+from conformance.theory.experiments import Experiment, with_values
+from conformance.theory.lesson import LESSON
+from conformance.trials.edits import in_experiment
 from conformance.trials.kill_matrix import refusals
 from conformance.trials.variant import Job, copy_what_runs, copy_with_programs, in_tree, job, run_all
 
 HORIZON = Fraction(1)  # s: the transient, where every term counts
-SCENARIO = replace(LESSON, horizon=HORIZON)
+EXPERIMENT = with_values(LESSON, {"horizon": HORIZON})
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.toml")
 OPPOSITE = {"+": "-", "-": "+", "*": "/", "/": "*"}
 SITE = re.compile(
@@ -64,7 +64,7 @@ class Fate:
 
 def mutants(port: Port) -> list[Mutant]:
     """Every mutant of a port's program, over the short horizon."""
-    return mutants_of(port, in_scenario(port, SCENARIO))
+    return mutants_of(port, in_experiment(port, EXPERIMENT))
 
 
 def mutants_of(port: Port, text: str) -> list[Mutant]:
@@ -127,12 +127,12 @@ def _other(number: str) -> str:
 
 def fates(made: Sequence[Mutant], folder: Path = ROOT / "build" / "mutants") -> list[Fate]:
     """Run what is not up to date, and judge every mutant."""
-    return [_fate(mutant, one, SCENARIO) for mutant, one in run(made, folder)]
+    return [_fate(mutant, one, EXPERIMENT) for mutant, one in run(made, folder)]
 
 
 def fates_of_plant(experiment: Experiment, ports: Iterable[Port]) -> list[Fate]:
     """Every mutant of the programs that are written for a plant, over the short horizon; as `fates`."""
-    short = replace(experiment, horizon=HORIZON, facts=())
+    short = with_values(experiment, {"horizon": HORIZON})
     own = read_ports(plant=short.name)
     made = [mutant for port in ports for mutant in mutants_of(own[port.name], write(short, port))]
     ran = run(made, ROOT / "build" / "mutants" / short.name, partial(copy_with_programs, short))
@@ -148,7 +148,7 @@ def run(
     return list(zip(made, jobs, strict=True))
 
 
-def _fate(mutant: Mutant, one: Job, experiment: Scenario | Experiment) -> Fate:
+def _fate(mutant: Mutant, one: Job, experiment: Experiment) -> Fate:
     if one.timed_out:
         return Fate(mutant, "killed", ("does not end",))
     verdict = judge_port(in_tree(mutant.port, one.tree), experiment)

@@ -8,7 +8,7 @@ from difflib import SequenceMatcher
 from conformance.judging.verdict import Verdict, judge_port
 from conformance.programs.ports import Port
 from conformance.trials import mutants
-from conformance.trials.edits import in_scenario
+from conformance.trials.edits import in_experiment
 from conformance.trials.variant import Variant, in_tree, job, run_all, source
 
 ASSIGNED = re.compile(r"(\w+)('?)(?:\[\w+\])?(?:\(\w+\))?\s*(?::?=|(?<=\] )==)")
@@ -63,8 +63,8 @@ def mistakes(variants: Sequence[Variant], ports: Sequence[Port]) -> list[bool]:
     run_all(job(v.tree, port, source(v, port)) for v, port in cases)
     return [
         is_named(
-            judge_port(in_tree(port, v.tree), v.scenario, diagnose=True),
-            words(port, in_scenario(port, v.scenario), source(v, port)),
+            judge_port(in_tree(port, v.tree), v.experiment, diagnose=True),
+            words(port, in_experiment(port, v.experiment), source(v, port)),
         )
         for v, port in cases
     ]
@@ -74,7 +74,8 @@ def of_mutants(made: Sequence[mutants.Mutant]) -> list[bool]:
     """For every mutant that a check of its trajectory refuses whether it is named; what is not up to date is run."""
     found = []
     for mutant, one in mutants.run(made):
-        verdict = judge_port(in_tree(mutant.port, one.tree), mutants.SCENARIO, diagnose=True)
+        verdict = judge_port(in_tree(mutant.port, one.tree), mutants.EXPERIMENT, diagnose=True)
         if verdict.results and not verdict.conforms:
-            found.append(is_named(verdict, words(mutant.port, in_scenario(mutant.port, mutants.SCENARIO), mutant.text)))
+            right = in_experiment(mutant.port, mutants.EXPERIMENT)
+            found.append(is_named(verdict, words(mutant.port, right, mutant.text)))
     return found

@@ -27,9 +27,11 @@ from typing import Any
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.run import as_a_user, choose_engine
 from conformance.programs.writer import write_programs
-from conformance.theory.experiments import Experiment
-from conformance.theory.scenario import LESSON, Scenario, scenario
-from conformance.trials.edits import Edit, constant_edit, edited, in_scenario, spelled_edit, without_drawing
+from conformance.theory.experiments import Experiment, with_values
+from conformance.theory.lesson import LESSON
+from conformance.theory.numbers import double, exact_value
+from conformance.theory.reader import Unreadable, read
+from conformance.trials.edits import Edit, constant_edit, edited, in_experiment, spelled_edit, without_drawing
 
 DATA = Path(__file__).with_name("variants")
 BUILD = ROOT / "build" / "variants"
@@ -46,12 +48,12 @@ MAKE_NEEDS = (
 OWN = "variants.toml"  # in the folder of a port
 UNWRITTEN = "not written yet"  # the reason that a new port begins with
 EVERY = "every"  # stands for all ports; its text is in snake_case, spelled for each
-KEYS = {"title", "section", "shows", "refused_by", "scenario", "constants", "edits"}
+KEYS = {"title", "section", "shows", "refused_by", "experiment", "constants", "edits"}
 
 
 @dataclass(frozen=True)
 class Variant:
-    """The scenario it is set to and judged against, then constants and edits; `refused_by` is "" unless a mistake.
+    """The experiment it is set to and judged against, then constants and edits; `refused_by` is "" unless a mistake.
 
     Constants are (name, value); edits (port or "every", Edit); `without`: (port, why the port has no such text).
     """
@@ -60,7 +62,7 @@ class Variant:
     title: str
     section: str
     shows: str
-    scenario: Scenario = LESSON
+    experiment: Experiment = LESSON
     constants: tuple[tuple[str, str], ...] = ()
     edits: tuple[tuple[str, Edit], ...] = ()
     without: tuple[tuple[str, str], ...] = ()
@@ -131,11 +133,29 @@ def _variant(name: str, table: dict[str, Any]) -> Variant:
         raise ValueError(f"unknown {' '.join(sorted(unknown)) or '-'}; missing {' '.join(sorted(missing)) or '-'}")
     return Variant(
         name=name,
-        scenario=scenario(table.get("scenario", {})),
+        experiment=_experiment(table.get("experiment", {})),
         constants=tuple((constant, str(value)) for constant, value in table.get("constants", {}).items()),
         edits=tuple((EVERY, _edit(edit)) for edit in table.get("edits", ())),
         **{key: table[key] for key in ("title", "section", "shows", "refused_by") if key in table},
     )
+
+
+def _experiment(table: dict[str, Any]) -> Experiment:
+    """The lesson's with other numbers, by name, and perhaps another reference."""
+    numbers = {}
+    for name, value in table.items():
+        if name != "reference":
+            try:
+                numbers[name] = exact_value(value)
+                double(numbers[name])
+            except ValueError as error:
+                raise ValueError(f"{name}: {error}") from None
+    try:
+        reference = read(table["reference"]) if "reference" in table else LESSON.reference
+    except Unreadable as error:
+        raise ValueError(f"reference: {error.sentence}") from None
+    found = with_values(LESSON, numbers)
+    return found if reference == LESSON.reference else replace(found, reference=reference, facts=())
 
 
 def _edit(table: dict[str, str]) -> Edit:
@@ -148,8 +168,8 @@ def _edit(table: dict[str, str]) -> Edit:
 
 
 def own_edits(variant: Variant, port: Port) -> list[Edit]:
-    """The edits of a variant in a port's spelling, those of its scenario left out; raises ValueError for none."""
-    text = in_scenario(port, variant.scenario)
+    """The edits of a variant in a port's spelling, those of its experiment left out; raises ValueError for none."""
+    text = in_experiment(port, variant.experiment)
     edits = [constant_edit(port, text, name, value) for name, value in variant.constants]
     edits += [spelled_edit(port, e.old, e.new) for name, e in variant.edits if name == EVERY]
     edits += [e for name, e in variant.edits if name == port.name]
@@ -161,7 +181,7 @@ def own_edits(variant: Variant, port: Port) -> list[Edit]:
 def source(variant: Variant, port: Port) -> str:
     """The program as the variant has it, with its figure; raises ValueError where an edit does not apply."""
     try:
-        return edited(in_scenario(port, variant.scenario), own_edits(variant, port))
+        return edited(in_experiment(port, variant.experiment), own_edits(variant, port))
     except ValueError as error:
         raise ValueError(f"{variant.name}, {port.name}: {error}") from None
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """An experiment's exact solution and closed loop, as functions of arrays: proven once, then kept.
 
-The numbers found are kept in build/truth, and checked whenever they are read. The functions of the lesson's scenarios
-are those of `closed_loop`, part of the sources: only the first use of a scenario needs SymPy and ball arithmetic. Those
-of any other plant are derived anew by each process.
+The numbers found are kept in build/truth, and checked whenever they are read. The functions of the lesson's experiment
+with any numbers are those of `closed_loop`, part of the sources: only the first use needs SymPy and ball arithmetic.
+Those of other plants and references are derived anew by each process.
 """
 
 from __future__ import annotations
@@ -13,25 +13,26 @@ import hashlib
 import io
 import math
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from conformance.places import PACKAGE, proofs
-from conformance.theory.scenario import PARAMETERS, Scenario
+from conformance.theory.experiments import Experiment, family_of, numbers_of_loop, starts_of
 from conformance.truth import cache, closed_loop
 from conformance.truth.piecewise import DEGREE, Floats, Table
+from conformance.truth.rounding import rounding
 from conformance.truth.setting import Setting, setting_of
 
 if TYPE_CHECKING:
-    from conformance.theory.experiments import Experiment
     from conformance.truth.enclosure import Progress
 
 KEPT = proofs()
+CONTRACT = 1e-6  # the tolerance, of each state's size
 TARGET = 1e-18  # radius of the proof
 SAMPLES = 4001  # of the exact solution, where the largest slopes along it are looked for
 FINE = 20001  # of them where these are the gains
@@ -41,13 +42,14 @@ FUNCTIONS = ("reference", "control", "first", "second", "errors", "lyapunov", "d
 ROOMS = ("theory", "truth")  # on whose modules a proof depends
 LIBRARIES = ("mpmath", "numpy", "python-flint", "sympy")
 Function = Callable[..., list[Floats]]
+Names = NDArray[np.str_]
 
 
 @dataclass(frozen=True)
 class Gains:
     """How far a quantity moves when the m = n + p states and estimates do, from the exact solution.
 
-    Proven, for moves of up to 1e-6, of the lesson's plant; of others the largest slopes at FINE samples.
+    Proven, for moves of up to 1e-6; where sensitivities could not be proven, the largest slopes at FINE samples.
     """
 
     field: Floats  # (m, m) largest |d state_i' / d state_j|
@@ -56,24 +58,34 @@ class Gains:
     dissipated: Floats  # (m,) integral of |d sum k_i z_i^2 / d state_j| over the horizon
 
 
-COLUMNS = (*PARAMETERS, "x1_start", "x2_start", "theta_hat_start")  # of the sensitivities
+class Functions(NamedTuple):
+    """Functions of t, states and parameters, by name; each gives a list of arrays or numbers."""
+
+    parameters: tuple[str, ...]
+    by_name: dict[str, Function]
+
+    def __call__(self, name: str, values: Mapping[str, Any], t: Floats, states: Iterable[Floats] = ()) -> Floats:
+        """The results at these values of the parameters, shape (results, rows); a constant becomes a row."""
+        given = (values[parameter] for parameter in self.parameters)
+        return np.stack([np.broadcast_to(value, t.shape) for value in self.by_name[name](t, *states, *given)])
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """dx/dp, how the exact x1, x2, theta_hat move with each of the COLUMNS: piecewise polynomials in t - start.
+    """dx/dp, how the m states and estimates move with each of the columns: piecewise polynomials in t - start.
 
-    starts: (pieces,) s. polynomial: (pieces, order, 3, columns). radius: (3, columns), of |value - dx/dp| at all times.
-    end: s. Of a plant that is not the lesson's there are no columns.
+    columns: the names of parameters and start values. starts: (pieces,) s. polynomial: (pieces, order, m, columns).
+    radius: (m, columns), of |value - dx/dp| at all times. end: s.
     """
 
+    columns: Names
     starts: Floats
     polynomial: Floats
     radius: Floats
     end: float
 
     def __call__(self, times: Floats, derivative: int = 0) -> Floats:
-        """dx/dp at these times (s), or a derivative of it by the time, shape (3, columns, times)."""
+        """dx/dp at these times (s), or a derivative of it by the time, shape (m, columns, times)."""
         piece = np.clip(np.searchsorted(self.starts, times, side="right") - 1, 0, self.starts.size - 1)
         s = (times - self.starts[piece])[:, None, None]
         total = np.zeros((times.size, *self.radius.shape))
@@ -90,34 +102,28 @@ class Exact:
     Functions of (t, states) take shapes (rows,) and (m, rows), m = n + p: the plant's states, then the estimates.
     """
 
-    experiment: Scenario | Experiment
+    experiment: Experiment
     table: Table  # of states and estimates
     gains: Gains
     sensitivity: Sensitivity
-    functions: dict[str, Function]
+    functions: Functions
 
     @functools.cached_property
     def setting(self) -> Setting:
         """The experiment's numbers."""
         return setting_of(self.experiment)
 
-    @property
-    def is_the_lessons(self) -> bool:
-        """Whether the plant is the lesson's, of which there are sensitivities too."""
-        return isinstance(self.experiment, Scenario)
-
-    @property
-    def scenario(self) -> Scenario:
-        """The experiment of the lesson's plant; raises TypeError where it is another's."""
-        if not isinstance(self.experiment, Scenario):
-            raise TypeError(f"{self.experiment.name} is no scenario of the lesson's plant")
-        return self.experiment
+    @functools.cached_property
+    def values(self) -> dict[str, float]:
+        """What the closed loop depends on, by name."""
+        return {name: float(value) for name, value in numbers_of_loop(self.experiment).items()}
 
     @functools.cached_property
-    def units(self) -> Floats:
-        """What a tolerance of 1e-6 is meant of, shape (m,): 1 for the lesson's plant, else max(1, max |state|)."""
-        size: Floats = np.maximum(1, self.table.scale)
-        return np.ones_like(size) if self.is_the_lessons else size
+    def tolerance(self) -> Floats:
+        """The contract's, shape (m,): the experiment's own, or else 1e-6 max(1, max |state|) of each state."""
+        stated = self.experiment.tolerance
+        sizes = CONTRACT * np.maximum(1, self.table.scale)
+        return sizes if stated is None else np.full_like(sizes, float(stated))
 
     @functools.cached_property
     def V_start(self) -> float:
@@ -126,20 +132,15 @@ class Exact:
 
     @functools.cached_property
     def reference_rate(self) -> float:
-        """The largest |r'|, 1/s; of other plants than the lesson's at samples."""
-        if isinstance(self.experiment, Scenario):
-            return float(abs(self.experiment.amplitude * self.experiment.omega))
+        """The largest |r'| at samples, 1/s."""
         t = np.linspace(0, self.setting.horizon, FINE)
-        return float(np.abs(np.diff(self.reference(t))).max() / t[1])
+        return float(np.abs(self.functions("reference", self.values, t)[1]).max())
 
     @functools.cached_property
     def reference_rounding(self) -> float:
-        """By how much r in doubles may miss: by the rounding of a wave and its argument, or 64 times that of any r."""
-        e, eps = self.experiment, float(np.finfo(float).eps)
-        if isinstance(e, Scenario):
-            return 4 * eps * float(abs(e.amplitude)) * (1 + float(abs(e.phase) + abs(e.omega) * e.horizon))
-        size = float(np.abs(self.reference(np.linspace(0, self.setting.horizon, FINE))).max())
-        return 64 * eps * (size + self.setting.horizon * self.reference_rate)
+        """By how much r in doubles may differ between two who compute it."""
+        t = np.linspace(0, self.setting.horizon, FINE)
+        return 2 * float(np.max(rounding(self.experiment.reference, self.values, t)))
 
     def evaluate(self, times: ArrayLike) -> Floats:
         """States and estimates, shape (m, *times.shape); raises ValueError for a time outside of the horizon."""
@@ -178,21 +179,14 @@ class Exact:
         return row
 
     def _rows(self, name: str, t: Floats, states: Iterable[Floats] = ()) -> Floats:
-        return rows(self.functions[name], self.experiment, t, states)
-
-
-def rows(function: Function, experiment: Scenario | Experiment, t: Floats, states: Iterable[Floats]) -> Floats:
-    """A derived function in an experiment, shape (results, rows); a constant becomes a row as long as the others."""
-    free = PARAMETERS if isinstance(experiment, Scenario) else ()
-    parameters = {name: float(getattr(experiment, name)) for name in free}
-    return np.stack([np.broadcast_to(value, t.shape) for value in function(t, *states, **parameters)])
+        return self.functions(name, self.values, t, states)
 
 
 # ---- Proven once, then kept ----
 
 
 @functools.lru_cache(maxsize=64)  # a campaign's worker sees thousands of scenarios
-def exact(experiment: Scenario | Experiment, target: float = TARGET, progress: Progress | None = None) -> Exact:
+def exact(experiment: Experiment, target: float = TARGET, progress: Progress | None = None) -> Exact:
     """The exact solution of an experiment, by a proof whose radius is at most `target`; from the cache where it is.
 
     `progress` is told the time reached (s). Raises ProofEnded where the proof cannot be continued to the horizon.
@@ -211,27 +205,25 @@ def exact(experiment: Scenario | Experiment, target: float = TARGET, progress: P
     return found
 
 
-def _solved(experiment: Scenario | Experiment) -> Scenario | Experiment:
+def _solved(experiment: Experiment) -> Experiment:
     """The experiment without its words and what is known of it, on which no number depends."""
-    if isinstance(experiment, Scenario):
-        return experiment
-    return replace(experiment, title="", name="", source="", step=None, symbols=(), facts=())
+    return replace(experiment, title="", name="", source="", step=None, tolerance=None, symbols=(), facts=())
 
 
 @functools.lru_cache(maxsize=64)
-def functions_of(experiment: Scenario | Experiment) -> dict[str, Function]:
-    """The closed loop's functions by name; those of a scenario take the PARAMETERS too."""
-    if isinstance(experiment, Scenario):
-        return derived_functions(experiment.wave)
-    from conformance.truth.experiment import loop_of
+def functions_of(experiment: Experiment) -> Functions:
+    """The functions of an experiment's closed loop: those kept as source where they are its family's."""
+    if digest_of_family(experiment) == closed_loop.FAMILY:
+        return Functions(closed_loop.PARAMETERS, {name: getattr(closed_loop, name) for name in FUNCTIONS})
+    from conformance.truth.experiment import family  # which needs SymPy
     from conformance.truth.functions import derived
 
-    return derived(loop_of(experiment))
+    return derived(family(experiment))
 
 
-def derived_functions(wave: str) -> dict[str, Function]:
-    """The closed loop's functions of t, states and parameters, by name."""
-    return {name: getattr(closed_loop, f"{name}_{wave}") for name in FUNCTIONS}
+def digest_of_family(experiment: Experiment) -> str:
+    """A digest of what experiments that differ in numbers alone have in common."""
+    return hashlib.sha256(repr(family_of(experiment)).encode()).hexdigest()
 
 
 def _key(of: object) -> str:
@@ -242,29 +234,28 @@ def _key(of: object) -> str:
     return digest.hexdigest()
 
 
-def prove(experiment: Scenario | Experiment, target: float, progress: Progress | None = None) -> bytes:
+def prove(experiment: Experiment, target: float, progress: Progress | None = None) -> bytes:
     """The solution, the sensitivities and the gains along it: as the bytes that are kept."""
     from conformance.truth.experiment import problem
-    from conformance.truth.truth import enclose
+    from conformance.truth.sensitivity import sensitivity
+    from conformance.truth.truth import ProofEnded, enclose
 
     table = enclose(problem(experiment), target, progress=progress).table
-    if isinstance(experiment, Scenario):
-        from conformance.truth.sensitivity import sensitivity
-
+    functions = functions_of(experiment)
+    try:
         found, gains = sensitivity(experiment)
-        return packed(Exact(experiment, table, gains, found, {}))
-    m = table.scale.size
-    none = Sensitivity(np.zeros(1), np.zeros((1, 1, m, 0)), np.zeros((m, 0)), float(table.edges[-1]))
-    solved = Exact(experiment, table, Gains(*[np.zeros(0)] * 4), none, functions_of(experiment))
-    return packed(replace(solved, gains=sampled_gains(solved, FINE)))
+    except ProofEnded:
+        m = table.scale.size
+        found = Sensitivity(np.zeros(0, str), np.zeros(1), np.zeros((1, 1, m, 0)), np.zeros((m, 0)), 0.0)
+        gains = sampled_gains(Exact(experiment, table, Gains(*[np.zeros(0)] * 4), found, functions), FINE)
+    return packed(Exact(experiment, table, gains, found, functions))
 
 
 def sampled_gains(found: Exact, samples: int) -> Gains:
-    """The largest slopes along the solution at samples, and the integral by them."""
+    """The largest slopes along the solution, as far as it is proven, at samples, and the integral by them."""
     m, n = len(found.setting.names), found.setting.n
-    t = np.linspace(0, found.setting.horizon, samples)
-    slopes = np.abs(rows(found.functions["gradients"], found.experiment, t, found.evaluate(t)))
-    slopes = slopes.reshape(m + n + 2, m, samples)
+    t = np.linspace(0, found.table.edges[-1], samples)
+    slopes = np.abs(found.functions("gradients", found.values, t, found.evaluate(t))).reshape(m + n + 2, m, samples)
     largest = slopes.max(axis=2)
     return Gains(largest[:m], largest[m : m + n], largest[m + n], np.trapezoid(slopes[m + n + 1], t, axis=1))
 
@@ -277,7 +268,7 @@ def packed(found: Exact) -> bytes:
     return stream.getvalue()
 
 
-def unpacked(experiment: Scenario | Experiment, payload: bytes) -> Exact | None:
+def unpacked(experiment: Experiment, payload: bytes) -> Exact | None:
     """What `prove` gave, or None where this is something else."""
     try:
         with np.load(io.BytesIO(payload), allow_pickle=False) as stored:
@@ -330,11 +321,13 @@ def _solves(found: Exact) -> bool:
 
 
 def _varies(found: Exact) -> bool:
-    if not found.is_the_lessons:
-        return found.sensitivity.radius.size == 0
-    s, scenario = found.sensitivity, found.scenario
+    s, m, free = found.sensitivity, len(found.setting.names), found.functions.parameters
     shape = s.polynomial.shape
-    if s.starts.ndim != 1 or len(shape) != 4 or shape[0] != s.starts.size or shape[2:] != (3, len(COLUMNS)):
+    if not s.columns.size:
+        return s.radius.size == 0
+    if s.columns.tolist() != [*free, *starts_of(found.experiment)]:
+        return False
+    if s.starts.ndim != 1 or len(shape) != 4 or shape[0] != s.starts.size or shape[2:] != (m, len(free) + m):
         return False
     if not (s.starts.size and s.starts[0] == 0 and (np.diff(s.starts) > 0).all() and s.radius.shape == shape[2:]):
         return False
@@ -342,19 +335,16 @@ def _varies(found: Exact) -> bool:
     t = np.concatenate([s.starts, s.starts + 0.75 * (ends - s.starts)])
     t = t[t <= found.table.edges[-1]]
     h, states = 1e-5, found.evaluate(t)
-    J = rows(found.functions["gradients"], scenario, t, states).reshape(7, 3, t.size)[:3]
-    f_p = np.zeros((3, len(COLUMNS), t.size))
-    for column, name in enumerate(PARAMETERS):
-        p = {other: float(getattr(scenario, other)) for other in PARAMETERS}
-        above, below = (
-            np.stack(np.broadcast_arrays(*found.functions["first"](t, *states, **(p | {name: p[name] + d})), t)[:3])
-            for d in (h, -h)
-        )
+    J = found.functions("gradients", found.values, t, states).reshape(-1, m, t.size)[:m]
+    f_p = np.zeros((m, len(free) + m, t.size))
+    for column, name in enumerate(free):
+        value = found.values[name]
+        above, below = (found.functions("first", found.values | {name: value + d}, t, states) for d in (h, -h))
         f_p[:, column] = (above - below) / (2 * h)
     wanted = np.einsum("ijt,jct->ict", J, s(t)) + f_p
     slope = s(t, derivative=1)
     sizes = 1 + np.abs(wanted).max(axis=2, keepdims=True)
-    start = np.hstack([np.zeros((3, len(PARAMETERS))), np.eye(3)])
+    start = np.hstack([np.zeros((m, len(free))), np.eye(m)])
     jumps = s(s.starts[1:]) - s(np.nextafter(s.starts[1:], 0)) if s.starts.size > 1 else np.zeros(1)
     whole = np.abs(jumps).max() <= JUMP * sizes.max() and (s(np.zeros(1))[..., 0] == start).all()
     return bool(whole and (np.abs(slope - wanted) <= NEAR * sizes).all())

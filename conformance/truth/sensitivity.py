@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How the exact solution of a scenario moves with its parameters and start values, and what the checks gain from it.
+"""How the exact solution of an experiment moves with its parameters and start values, and what the checks gain from it.
 
 The sensitivities S = dx/dp obey the variational equation S' = J S + df/dp. Polynomials for x and S are found in doubles
 and bounded as in `deviation`: the columns of S - S~ obey the same linear equation as x - x~, with other defects. J and
@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb, arb_poly, arb_series
 
-from conformance.theory.scenario import PARAMETERS, Scenario
+from conformance.theory.experiments import Experiment, numbers_of_loop, starts_of
 from conformance.truth.certificate import straight_line
 from conformance.truth.deviation import (
     Deviation,
@@ -42,16 +42,16 @@ from conformance.truth.deviation import (
     unit,
 )
 from conformance.truth.enclosure import ProofEnded
-from conformance.truth.exact import COLUMNS, Gains, Sensitivity
-from conformance.truth.experiment import SYMBOLS, derived_loop, parameters, problem
+from conformance.truth.exact import Gains, Sensitivity
+from conformance.truth.experiment import family, loop_of, problem
 from conformance.truth.taylor import coefficients, compile_program
 
-ORDER = 20  # of the polynomials and of all expansions
-TOLERANCE = 1e-16  # of the last term of a polynomial, per step
+ORDER = 22  # of the polynomials and of all expansions
+TOLERANCE = 1e-20  # of the last term of a polynomial, per step
 CLOSE = 1e-10  # of x~ to x
 TUBE = 1e-6  # of each state: the largest tolerance of the contract
 GAIN_ORDER = 10  # of the expansions of the gains
-BITS = 80
+BITS = 100
 SAMPLES = 64  # per step, between which a gain may rise by its curvature
 GROWTH = Fraction(5, 4)  # of the width from step to step, at most
 SHORTEST = Fraction(1, 2**20)  # s
@@ -60,13 +60,13 @@ ROUNDING = 1e-14  # relative, of the samples: more than ORDER operations in doub
 
 
 class Piece(NamedTuple):
-    """One step: its start and width (s), S~ as (ORDER, 3, columns) and its radii, and the slopes of the outputs."""
+    """One step: its start and width (s), S~ (ORDER, states, columns) and its radii, and the slopes of outputs."""
 
     start: Fraction
     width: Fraction
     polynomial: Floats
     radius: Floats
-    slopes: Objects  # pairs (outputs, 3, 2): field, z, V and dissipation, with respect to the states
+    slopes: Objects  # pairs (outputs, states, 2): field, z, V and dissipation, with respect to the states
 
 
 @dataclass
@@ -80,7 +80,7 @@ class Walk:
 
 
 class Field(NamedTuple):
-    """A scenario's x' = f(t, x; p) as straight-line programs: with its parameters free, and with their values."""
+    """An experiment's x' = f(t, x; p) as straight-line programs: with its parameters free, and with their values."""
 
     free: list[Line]  # whose states are x and p
     rhs: list[int]
@@ -89,33 +89,34 @@ class Field(NamedTuple):
     outputs: list[int]  # field, z, V and dissipation
 
     @classmethod
-    def of(cls, scenario: Scenario) -> Field:
+    def of(cls, experiment: Experiment) -> Field:
         """Derived from the design."""
-        loop, numbers = derived_loop(scenario.wave), parameters(scenario)
-        free = compile_program(loop.time, (*loop.states, *SYMBOLS), loop.rhs, loop.definitions)
-        outputs = [e.xreplace(numbers) for e in (*loop.rhs, *loop.z, loop.V, loop.dissipation)]
-        named = [(name, e.xreplace(numbers)) for name, e in loop.definitions]
-        known = compile_program(loop.time, loop.states, outputs, named)
-        values = [constant(rational(getattr(scenario, name))) for name in PARAMETERS]
+        open_loop, parameters = family(experiment)
+        loop, numbers = loop_of(experiment), numbers_of_loop(experiment)
+        states = (*open_loop.states, *parameters)
+        free = compile_program(open_loop.time, states, open_loop.rhs, open_loop.definitions)
+        outputs = (*loop.rhs, *loop.z, loop.V, loop.dissipation)
+        known = compile_program(loop.time, loop.states, outputs, loop.definitions)
+        values = [constant(rational(numbers[s.name])) for s in parameters]
         return cls(*straight_line(free), values, *straight_line(known))
 
 
-def pieces(scenario: Scenario) -> Iterator[Piece]:
+def pieces(experiment: Experiment) -> Iterator[Piece]:
     """The sensitivities step by step; raises ProofEnded where a step would have to be too short."""
-    flow = problem(scenario)
+    flow = problem(experiment)
     point = compile_program(flow.time, flow.states, flow.rhs, flow.definitions)
     n = len(flow.states)
     with series(BITS, ORDER + 1):
-        field = Field.of(scenario)
+        field = Field.of(experiment)
         starts = flow.start_balls()
-        S = np.hstack([np.zeros((n, len(PARAMETERS))), np.eye(n)])
-        off = objects((n, 1 + len(COLUMNS)), lambda i, j: arb(0) if j else abs_upper(starts[i] - starts[i].mid()))
+        S = np.hstack([np.zeros((n, len(field.values))), np.eye(n)])
+        off = objects((n, 1 + S.shape[1]), lambda i, j: arb(0) if j else abs_upper(starts[i] - starts[i].mid()))
         walk = Walk(Fraction(0), [v.mid() for v in starts], S, Deviation(unit(n), off))
         width = Fraction(1)
         while walk.time < flow.end:
             taylor = coefficients(point, rational(walk.time), walk.x, ORDER)
             path = [[c.mid() for c in taylor[state][:ORDER]] for state in point.states]
-            width = min(width * GROWTH, _width(path))
+            width = min(width * GROWTH, _width(path), Fraction(flow.end) - walk.time)
             while (piece := _piece(field, path, walk, width)) is None:
                 width = width / 2
                 if width < SHORTEST:
@@ -200,29 +201,31 @@ def _middles(pairs: Objects, order: int) -> Floats:
 # ---- As arrays, and the gains ----
 
 
-def sensitivity(scenario: Scenario) -> tuple[Sensitivity, Gains]:
-    """The sensitivities of a scenario, and the gains of its checks, both proven.
+def sensitivity(experiment: Experiment) -> tuple[Sensitivity, Gains]:
+    """The sensitivities of an experiment, and the gains of its checks, both proven.
 
     Raises ProofEnded where they cannot be.
     """
-    found = list(pieces(scenario))
-    largest, integral = np.zeros((7, 3)), np.zeros((7, 3))
+    found = list(pieces(experiment))
+    n, m = len(experiment.states), len(experiment.states) + len(experiment.unknown)
+    largest, integral = np.zeros((2, m + n + 2, m))
     for piece in found:
         largest_here, integral_here = _extent(piece)
         largest, integral = np.maximum(largest, largest_here), integral + integral_here
     return (
         Sensitivity(
+            columns=np.array([*family(experiment).names, *starts_of(experiment)]),
             starts=np.array([float(piece.start) for piece in found]),
             polynomial=np.array([piece.polynomial for piece in found]),
             radius=np.max([piece.radius for piece in found], axis=0),
             end=float(found[-1].start + found[-1].width),
         ),
-        Gains(field=largest[:3], z=largest[3:5], V=largest[5], dissipated=integral[6]),
+        Gains(field=largest[:m], z=largest[m : m + n], V=largest[-2], dissipated=integral[-1]),
     )
 
 
 def _extent(piece: Piece) -> tuple[Floats, Floats]:
-    """Of each slope, on one step: a bound of its absolute value, and of the integral of that; each (7, 3).
+    """Of each slope, on one step: a bound of its absolute value, and of the integral of that; each (outputs, states).
 
     Between samples a distance D apart, a function rises above the line through them by at most D^2/8 sup|f''|.
     """

@@ -6,15 +6,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from conformance.theory.scenario import Scenario
+from conformance.theory.experiments import Experiment, starts_of
 from conformance.truth.piecewise import Floats
-
-if TYPE_CHECKING:  # it needs SymPy, and the lesson's kept proofs do not
-    from conformance.theory.experiments import Experiment
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,22 +45,17 @@ class Setting:
         return len(self.unknown)
 
 
-def setting_of(experiment: Scenario | Experiment) -> Setting:
-    """The numbers of an experiment; a scenario is one of the lesson's plant."""
-    if isinstance(experiment, Scenario):
-        e = experiment
-        start = _row((e.x1_start, e.x2_start, e.theta_hat_start))
-        k, Gamma, theta = _row((e.k1, e.k2)), _row([e.gamma])[None], _row([e.theta])
-        return Setting(("x1", "x2"), ("theta",), ("theta_hat",), k, Gamma, theta, start, float(e.horizon))
+def setting_of(experiment: Experiment) -> Setting:
+    """The numbers of an experiment."""
     p = len(experiment.unknown)
     return Setting(
         experiment.states,
-        tuple(parameter.name for parameter in experiment.unknown),
+        experiment.parameters,
         experiment.estimates,
         _row(experiment.k),
         _row(gain for row in experiment.Gamma for gain in row).reshape(p, p),
         _row(parameter.true for parameter in experiment.unknown),
-        _row((*experiment.start, *(parameter.start for parameter in experiment.unknown))),
+        _row(starts_of(experiment).values()),
         float(experiment.horizon),
     )
 

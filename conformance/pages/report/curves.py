@@ -12,7 +12,7 @@ from markupsafe import Markup
 from conformance.judging.measured import interpolate
 from conformance.judging.trajectory import COARSEST, Array, Trajectory
 from conformance.pages.report.picture import Line, picture
-from conformance.truth.exact import Exact
+from conformance.truth.exact import CONTRACT, Exact
 
 GRID = np.concatenate([np.linspace(0, 0.2, 400, endpoint=False), np.linspace(0.2, 1, 601)])  # shares of the horizon
 
@@ -78,7 +78,8 @@ def curves(exact: Exact, trajectory: Trajectory) -> dict[str, Array]:
     edges = [*np.searchsorted(t, grid), t.size]
     with np.errstate(all="ignore"):  # a program that failed may have left anything
         between = interpolate(trajectory, exact, grid)
-        missed = np.abs(interpolate(trajectory, exact, grid, truth) - exact.evaluate(grid)) / exact.units[:, None]
+        missed = np.abs(interpolate(trajectory, exact, grid, truth) - exact.evaluate(grid))
+        missed *= CONTRACT / exact.tolerance[:, None]
         between[:, (grid > t[-1]) | ~(missed.max(axis=0) <= COARSEST)] = np.nan
         off = np.abs(states - truth)
         largest = [off[:, i:j].max(axis=1) if j > i else np.full(len(off), np.nan) for i, j in pairwise(edges)]

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,8 @@ from conformance.pages.report.curves import ESTIMATE, GRID, X1, Panel, packed
 from conformance.pages.report.listing import highlighted_lines
 from conformance.pages.report.picture import Line, picture
 from conformance.programs.ports import ROOT, Port, read_ports
-from conformance.theory.scenario import LESSON, Scenario
+from conformance.theory.experiments import Experiment, values_of, with_values
+from conformance.theory.lesson import LESSON
 from conformance.trials.variant import Variant
 from conformance.truth.exact import exact
 
@@ -57,8 +58,8 @@ def shown(variant: Variant, ports: Iterable[Port]) -> Exercise:
     ran, trajectory = next(_runs(variant, here), ("", None))
     curves: dict[str, Array] = {}
     if trajectory:
-        curves = thinned(trajectory) if variant.refused_by else solved(variant.scenario)
-        curves["theta"] = np.full(SHARES.size, float(variant.scenario.theta))
+        curves = thinned(trajectory) if variant.refused_by else solved(variant.experiment)
+        curves["theta"] = np.full(SHARES.size, float(variant.experiment.unknown[0].true))
     return Exercise(
         variant=variant,
         diffs=dict(_diffs(variant, here)),
@@ -88,7 +89,7 @@ def _runs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Trajec
     in_tree = read_ports(variant.tree)
     for port in ports:
         try:
-            yield port.language, load(in_tree[port.name].csv, float(variant.scenario.horizon))
+            yield port.language, load(in_tree[port.name].csv, variant.experiment)
         except (KeyError, TrajectoryError):
             continue
 
@@ -99,13 +100,13 @@ def thinned(trajectory: Trajectory) -> dict[str, Array]:
     return {"t": t, **{name: np.interp(t, trajectory.t, trajectory[name]) for name in DRAWN}}
 
 
-def solved(scenario: Scenario) -> dict[str, Array]:
+def solved(experiment: Experiment) -> dict[str, Array]:
     """The curves of the exact solution over the lesson's horizon; if the reference is another, over whole periods."""
-    horizon = LESSON.horizon
-    if scenario.amplitude and (scenario.omega, scenario.wave) != (LESSON.omega, LESSON.wave):
-        period = 2 * math.pi / float(scenario.omega)
+    horizon, own, lesson = LESSON.horizon, values_of(experiment), values_of(LESSON)
+    if own["amplitude"] and (own["omega"], experiment.reference) != (lesson["omega"], LESSON.reference):
+        period = 2 * math.pi / float(own["omega"])
         horizon = Fraction(round(period * math.ceil(float(horizon) / period), 2))
-    solution = exact(replace(scenario, horizon=horizon))
+    solution = exact(with_values(experiment, {"horizon": horizon}))
     t = SHARES * float(horizon)
     found = dict(zip(solution.setting.names, solution.evaluate(t), strict=True)) | {"reference": solution.reference(t)}
     return {"t": t, **{name: found[name] for name in DRAWN}}

@@ -39,9 +39,9 @@ from conformance.programs.ports import ROOT, Port
 from conformance.programs.sources import source
 from conformance.programs.table import engine_and_version
 from conformance.theory.derivation import Derivation, derivation
-from conformance.theory.experiment_file import read_experiment
+from conformance.theory.experiments import Experiment
 from conformance.theory.expressions import negative
-from conformance.theory.scenario import LESSON, Scenario
+from conformance.theory.lesson import LESSON
 from conformance.trials.variant import read_variants
 from conformance.truth.exact import Exact, exact
 
@@ -73,21 +73,20 @@ class Program:
 ORDER = ("python", "cpp", "java", "matlab", "simulink", "mathematica")  # the lesson's
 
 
-def write_page(path: Path, ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = LESSON) -> None:
+def write_page(path: Path, ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment = LESSON) -> None:
     """Write the page on these ports; raises ValueError where what it embeds is not installed."""
-    write_atomically(path, page(ports, judgement, scenario))
+    write_atomically(path, page(ports, judgement, experiment))
 
 
-def page(ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = LESSON) -> str:
+def page(ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment = LESSON) -> str:
     """The page on these ports, as they were judged, as HTML."""
-    experiment = read_experiment(ROOT / "plants" / "Chapter17_Lesson1.toml")
     derived = derivation(experiment)
     notation = Notation(derived)
     ports = dict(sorted(ports.items(), key=lambda item: ORDER.index(item[0]) if item[0] in ORDER else len(ORDER)))
     verdicts = {name: next(v for v in judgement.verdicts if v.name == name) for name in ports}
     shown_parts = parts(experiment, notation, ports.values())
     programs = [program(port, verdicts[name], i % COLOURS, shown_parts) for i, (name, port) in enumerate(ports.items())]
-    solution = exact(scenario)
+    solution = exact(experiment)
     play = playground(solution, read_variants().values())
     environment, typesetter = environment_of(symbols_of(experiment, notation), notation)
     html = environment.get_template("page.html").render(
@@ -96,8 +95,8 @@ def page(ports: Mapping[str, Port], judgement: Judgement, scenario: Scenario = L
         **facts(list(verdicts.values()), list(ports), judgement),
         **derivation_shown(derived, notation, shown_parts),
         title=experiment.title,
-        opening=opening(scenario),
-        rest=at_rest(scenario),
+        opening=opening(experiment),
+        rest=at_rest(experiment),
         parts=shown_parts,
         **trajectories(list(verdicts.values()), solution),
         **exercises(ports),

@@ -24,9 +24,9 @@ from conformance.programs.spelling import Spelling
 from conformance.programs.writer import Program, templates
 from conformance.theory.derivation import letter
 from conformance.theory.experiment_file import read_experiment
-from conformance.theory.experiments import Experiment
+from conformance.theory.experiments import Experiment, is_diagonal
 from conformance.theory.expressions import FUNCTIONS, names_in
-from conformance.theory.statements import Names, Parameter, parameters_of
+from conformance.theory.statements import Parameter, parameters_of, statements_of
 from conformance.trials.edits import Edit, edited
 from conformance.trials.variant import EVERY, Variant
 from conformance.truth.exact import Exact
@@ -122,7 +122,7 @@ def read_questions() -> list[Question]:
 
 def program_text(experiment: Experiment, variant: Variant | None = None) -> str:
     """The program, or the one that makes a mistake; raises ValueError where the mistake's text is not in it once."""
-    program = Program(experiment, PROGRAM)
+    program = Program(experiment, PROGRAM, statements_of(experiment))
     text = templates(PROGRAM).get_template(PROGRAM.template).render(
         program=program, **program.given(), **dict(_figures(experiment, program.spelling))
     )  # fmt: skip
@@ -133,26 +133,25 @@ def program_text(experiment: Experiment, variant: Variant | None = None) -> str:
 
 def _figures(experiment: Experiment, spelling: Spelling) -> Iterator[tuple[str, object]]:
     """What the template says of V and V', as the language spells it."""
-    own, names = spelling.name, Names(experiment)
+    own = spelling.name
     n, p = len(experiment.states), len(experiment.unknown)
     tilde = [f"{own(q.estimate)} - {own(f'{q.name}_true')}" for q in experiment.unknown]
-    diagonal = not any(experiment.Gamma[i][j] for i in range(p) for j in range(p) if i != j)
+    diagonal = is_diagonal(experiment)
     z = [f"z{i}" for i in range(1, n + 1)]
     yield "constants", [own(c.name) for c in parameters_of(experiment)]
     yield "final_time", own("final_time")
     yield "z", z
     yield "full_gamma", not diagonal
     if diagonal:
-        shares = [f"({of}) ** 2 / (2 * {own(names.gamma(i, i))})" for i, of in enumerate(tilde, 1)]
+        shares = [f"({of}) ** 2 / (2 * {own(experiment.gamma(i, i))})" for i, of in enumerate(tilde, 1)]
     else:
-        gammas = names.gammas()
-        entries = [[names.gamma(i, j) for j in range(1, p + 1)] for i in range(1, p + 1)]
+        gammas = experiment.gammas
+        entries = [[experiment.gamma(i, j) for j in range(1, p + 1)] for i in range(1, p + 1)]
         rows = [f"[{', '.join(own(name) if name in gammas else '0' for name in row)}]" for row in entries]
         shares = [f"parameterShare([{', '.join(rows)}], [{', '.join(tilde)}])"]
     yield "of_parameters", shares or ["0"]
     yield "dissipated", [f"{own(f'k{i}')} * {name} ** 2" for i, name in enumerate(z, 1)]
-    given = [*experiment.states, *experiment.estimates]
-    yield "named", [name if own(name) == name else f"{name}: {own(name)}" for name in given] + z
+    yield "named", [name if own(name) == name else f"{name}: {own(name)}" for name in experiment.names] + z
 
 
 def mistakes(experiments: Mapping[str, Experiment], variants: Iterable[Variant]) -> Iterator[Mistake]:

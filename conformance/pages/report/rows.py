@@ -72,7 +72,7 @@ def spellings(experiment: Experiment, port: Port) -> dict[str, str]:
     """
     if not port.template:
         return {}
-    common = Program(experiment, port).spelling.common
+    common = Program(experiment, port, statements_of(experiment)).spelling.common
     return {own: name.removesuffix("_true") for own, name in common.items()}
 
 

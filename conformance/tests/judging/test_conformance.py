@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 
 from conformance.judging import checks
-from conformance.judging.checks import CHECKS, CONTRACT, LARGEST_RATIO, Check, Tolerance, programs_agree
+from conformance.judging.checks import LARGEST_RATIO, Check, Tolerance, checks_of, contract, programs_agree
 from conformance.judging.measured import Measured, interpolation_error
 from conformance.judging.trajectory import Trajectory
 from conformance.pages.tolerances import PAGE, page
 from conformance.programs.ports import the_six
 from conformance.tests.under_test import PORTS, engine_of, trajectory_of
-from conformance.theory.scenario import LESSON
+from conformance.theory.lesson import LESSON
 from conformance.truth.exact import exact
 
 EXACT_SOLUTION = exact(LESSON)
 
+CHECKS, CONTRACT = checks_of(LESSON), contract(EXACT_SOLUTION)
 each_check = pytest.mark.parametrize("check", CHECKS, ids=[check.run.__name__.replace("_", "-") for check in CHECKS])
 
 
@@ -35,7 +36,8 @@ def test_program_passes(check: Check, trajectory: Trajectory, tolerance: Toleran
 def test_check_refuses_a_trajectory_that_is_not_a_number(check: Check, trajectory: Trajectory) -> None:
     nothing = np.full_like(trajectory.t, np.nan)
     if check.run is not checks.rows_are_close_enough:  # which looks at the times alone
-        lost = Measured(Trajectory(trajectory.t, np.stack([nothing] * 3), nothing, nothing), EXACT_SOLUTION)
+        nowhere = Trajectory(trajectory.t, np.stack([nothing] * 3), nothing, nothing, LESSON.names)
+        lost = Measured(nowhere, EXACT_SOLUTION)
         assert not any(result.passed for result in check(lost, CONTRACT))
 
 

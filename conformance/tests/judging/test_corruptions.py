@@ -11,15 +11,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from conformance.judging.checks import CHECKS, Check
-from conformance.judging.layout import COLUMNS
-from conformance.judging.trajectory import STATES, Array, TrajectoryError, load
+from conformance.judging.checks import Check, checks_of
+from conformance.judging.layout import columns_of
+from conformance.judging.trajectory import Array, TrajectoryError, load
 from conformance.judging.verdict import Verdict, judge_file
 from conformance.tests.judging.test_verdict import validate
-from conformance.theory.scenario import LESSON
+from conformance.theory.lesson import LESSON
 from conformance.truth.exact import exact
 
 EXACT = exact(LESSON)
+COLUMNS = columns_of(LESSON.names)
 Columns = dict[str, Array]
 
 
@@ -117,7 +118,7 @@ def single(values: Array) -> Array:
     return values.astype(np.float32).astype(np.float64)
 
 
-X1, X2, THETA_HAT, REFERENCE = (RIGHT[name] for name in (*STATES, "reference"))
+X1, X2, THETA_HAT, REFERENCE = (RIGHT[name] for name in (*LESSON.names, "reference"))
 NAN = np.full_like(X1, np.nan)
 SHUFFLED = random.Random(1).sample(LINES[1:], len(LINES) - 1)
 WITHOUT_THETA_HAT = {name: RIGHT[name] for name in COLUMNS if name != "theta_hat"}
@@ -203,14 +204,14 @@ CORRUPTIONS: dict[str, tuple[str, Callable[[], str | bytes]]] = {
 @pytest.mark.parametrize("name", CORRUPTIONS)
 def test_corruption_is_refused_by_its_check(name: str, tmp_path: Path) -> None:
     reason, corrupt = CORRUPTIONS[name]
-    verdict = judged(corrupt(), tmp_path, CHECKS)
+    verdict = judged(corrupt(), tmp_path, checks_of(LESSON))
     failed = [result.claim for result in verdict.results if not result.passed]
     assert verdict.status == "fail"
     assert reason in failed if verdict.results else reason in verdict.reason, (failed, verdict.reason)
 
 
 def test_every_claim_has_refused_something(tmp_path: Path) -> None:
-    claims = {result.claim for result in judged(RIGHT_TEXT, tmp_path, CHECKS).results}
+    claims = {result.claim for result in judged(RIGHT_TEXT, tmp_path, checks_of(LESSON)).results}
     assert claims <= {reason for reason, _ in CORRUPTIONS.values()}
 
 
@@ -274,7 +275,7 @@ CELLS = st.text(max_size=12) | st.from_regex(r"[-+0-9.eE_ ]{1,8}", fullmatch=Tru
 
 @quick
 @given(
-    column=st.sampled_from(STATES),
+    column=st.sampled_from(LESSON.names),
     first=st.integers(0, 4000),
     count=st.integers(1, 4000),
     size=st.floats(3e-6, 1e300) | st.floats(-1e300, -3e-6),
@@ -298,7 +299,7 @@ def test_a_cell_is_read_as_the_number_it_is_or_refused(line: int, column: int, v
     path.write_bytes(cell(line, column, value).encode(errors="replace"))
     same = abs(number - float(LINES[line - 1].split(",")[column])) < 1e-15
     try:
-        loaded = load(path, 20.0)
+        loaded = load(path, LESSON)
     except TrajectoryError as error:
         assert not same and len(str(error).splitlines()) == 1
     else:

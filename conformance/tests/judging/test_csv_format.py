@@ -3,12 +3,17 @@
 
 import os
 import re
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
 from conformance.judging.trajectory import Trajectory, TrajectoryError, load
+from conformance.places import PLANTS
 from conformance.programs.ports import Port
+from conformance.theory.experiment_file import as_written
+from conformance.theory.experiments import with_values
+from conformance.theory.lesson import LESSON
 
 HEAD = "t,x1,x2,theta_hat,reference,tracking_error\n"
 GOOD = HEAD + "0,1.5,0,0,0.5,1\n1,0.5,0,0,0.25,0.25\n20,0.25,0,0,0.25,0\n"
@@ -54,14 +59,14 @@ def test_bad_csv_is_refused(case: str, tmp_path: Path) -> None:
     path = tmp_path / "bad.csv"
     path.write_text(text)
     with pytest.raises(TrajectoryError) as refusal:
-        load(path, 20.0)
+        load(path, LESSON)
     assert reason in str(refusal.value) and "\n" not in str(refusal.value)
 
 
 def test_good_csv_is_accepted(tmp_path: Path) -> None:
     path = tmp_path / "good.csv"
     path.write_text(GOOD)
-    assert load(path, 20.0)["x1"].tolist() == [1.5, 0.5, 0.25]
+    assert load(path, LESSON)["x1"].tolist() == [1.5, 0.5, 0.25]
 
 
 SAME = {
@@ -81,13 +86,13 @@ SAME = {
 def test_benign_differences_are_accepted(case: str, tmp_path: Path) -> None:
     path = tmp_path / "same.csv"
     path.write_bytes(SAME[case].encode())
-    assert load(path, 20.0)["x1"].tolist() == [1.5, 0.5, 0.25]
+    assert load(path, LESSON)["x1"].tolist() == [1.5, 0.5, 0.25]
 
 
 def test_numbers_are_read_to_the_nearest_double(tmp_path: Path) -> None:
     path = tmp_path / "digits.csv"
     path.write_text(GOOD.replace("0,1.5,0,0,0.5,1\n", "0,1.1734204837847347,0,0,0.1,1.0734204837847346\n"))
-    assert load(path, 20.0)["x1"][0] == 1.1734204837847347
+    assert load(path, LESSON)["x1"][0] == 1.1734204837847347
 
 
 @pytest.mark.parametrize("content", [b"\x00\x01\x02" * 99, GOOD.encode() + b"\xff\xfe", b"\x89PNG\r\n\x1a\n\x00"])
@@ -95,24 +100,24 @@ def test_what_is_no_text_is_refused(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "binary.csv"
     path.write_bytes(content)
     with pytest.raises(TrajectoryError, match="UTF-8"):
-        load(path, 20.0)
+        load(path, LESSON)
 
 
 def test_what_is_no_file_is_refused_without_waiting(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path, tmp_path / "pipe", Path("/dev/zero")):
         with pytest.raises(TrajectoryError, match="expected a file"):
-            load(path, 20.0)
+            load(path, LESSON)
 
 
 def test_missing_csv_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TrajectoryError, match="no such file"):
-        load(tmp_path / "none.csv", 20.0)
+        load(tmp_path / "none.csv", LESSON)
 
 
 # ---- Another plant's columns ----
 
-OTHER = ("q", "v", "I", "N_hat", "B_hat")
+OTHER = with_values(as_written(PLANTS / "motor_arm.toml"), {"horizon": Fraction(20)})
 OTHER_HEAD = "t,q,v,I,N_hat,B_hat,reference,tracking_error\n"
 OTHER_GOOD = OTHER_HEAD + "0,1.5,0,0,0,0,0.5,1\n1,0.5,0,0,1,2,0.25,0.25\n20,0.25,0,3,0,0,0.25,0\n"
 OTHER_BAD = {
@@ -133,8 +138,8 @@ OTHER_BAD = {
 def test_columns_follow_from_the_names_of_a_plant(tmp_path: Path) -> None:
     path = tmp_path / "good.csv"
     path.write_text(OTHER_GOOD.replace("N_hat", "NHat").replace("tracking_error", "trackingError"))
-    found = load(path, 20.0, OTHER)
-    assert found.names == OTHER and found.states.shape == (5, 3) and found["B_hat"].tolist() == [0, 2, 0]
+    found = load(path, OTHER)
+    assert found.names == OTHER.names and found.states.shape == (5, 3) and found["B_hat"].tolist() == [0, 2, 0]
 
 
 @pytest.mark.parametrize("case", OTHER_BAD)
@@ -143,4 +148,4 @@ def test_bad_csv_of_another_plant_is_refused(case: str, tmp_path: Path) -> None:
     path = tmp_path / "bad.csv"
     path.write_text(text)
     with pytest.raises(TrajectoryError, match=re.escape(reason)):
-        load(path, 20.0, OTHER)
+        load(path, OTHER)

@@ -3,21 +3,23 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from conformance.judging.checks import CONTRACT, OF_ANYONE, judge
-from conformance.judging.diagnosis import METHODS, PARAMETERS, REFERENCES, code, diagnosis, one_step, rates, statements
+from conformance.judging.checks import checks_of_anyone, judge
+from conformance.judging.diagnosis import METHODS, code, diagnosis, loop_of, one_step, rates
 from conformance.judging.measured import Measured
 from conformance.judging.trajectory import Array, Trajectory
-from conformance.theory.scenario import LESSON, SCENARIOS, Scenario
+from conformance.tests.under_test import NO_EXCITATION, PROBLEM_6
+from conformance.theory.experiments import Experiment, with_values
+from conformance.theory.lesson import LESSON
 from conformance.truth.exact import exact
 
-SHORT = replace(LESSON, horizon=Fraction(3))
+SHORT = with_values(LESSON, {"horizon": Fraction(3)})
 EXACT = exact(SHORT)
+CONTRACT = tuple(EXACT.tolerance)
 START = np.array([[1.2], [-0.5], [0.0]])
 UNIFORM = 0.01 * np.arange(301)
 RK4 = "classical Runge-Kutta"
@@ -27,8 +29,8 @@ Field = Callable[[Array, Array], Array]
 def said(t: Array, states: Array, reference: Array | None = None) -> str:
     """The diagnosis of a log of the short lesson."""
     r = EXACT.reference(t) if reference is None else reference
-    log = Measured(Trajectory(t, states, r, states[0] - r), EXACT)
-    return diagnosis(log, CONTRACT, [r.claim for _, r in judge(log, CONTRACT, OF_ANYONE) if not r.passed])
+    log = Measured(Trajectory(t, states, r, states[0] - r, LESSON.names), EXACT)
+    return diagnosis(log, CONTRACT, [r.claim for _, r in judge(log, CONTRACT, checks_of_anyone(SHORT)) if not r.passed])
 
 
 def integrated(
@@ -42,20 +44,19 @@ def integrated(
     return t, np.hstack(states)
 
 
-def field(changes: dict[str, str], scenario: Scenario = SHORT, **numbers: float) -> Field:
+def field(changes: dict[str, str], experiment: Experiment = SHORT, **numbers: float) -> Field:
     """The closed loop with statements changed."""
-    program = code(tuple((name, changes.get(name, text)) for name, text in statements(scenario.wave)))
-    given = {name: float(getattr(scenario, name)) for name in PARAMETERS} | numbers
-    return lambda t, y: rates(program, given, t, y)
+    loop = loop_of(experiment)
+    program = code(tuple((name, changes.get(name, text)) for name, text in loop.statements))
+    return lambda t, y: rates(loop, program, {**loop.numbers, **numbers}, t, y)
 
 
 def test_statements_are_the_derived_closed_loop() -> None:
     states = np.random.default_rng(1).normal(size=(3, 50))
     t = np.linspace(0, 20, 50)
-    for name, scenario in SCENARIOS.items():
-        derived = exact(scenario).first(t, states)
-        assert np.allclose(field({}, scenario)(t, states), derived, rtol=1e-12, atol=1e-12), name
-    assert REFERENCES.keys() == {"sin", "cos"}
+    for experiment in (LESSON, PROBLEM_6, NO_EXCITATION):
+        derived = exact(experiment).first(t, states)
+        assert np.allclose(field({}, experiment)(t, states), derived, rtol=1e-12, atol=1e-12), experiment.name
 
 
 TERMS = {
@@ -66,12 +67,12 @@ TERMS = {
     "a sign in tau2": ({"tau2": "phi * z1 + alpha1_x1 * phi * z2"}, r"row 3 is off by \+2 .*wrong sign in tau2"),
     "r' in alpha1": ({"alpha1": "-k1 * z1 - theta_hat * phi"}, r"the term \+ r_dot is missing from alpha1 \(7\)"),
     "theta in u": (
-        {"alpha1_dot_known": "alpha1_x1 * (x2 + theta * phi) + k1 * r_dot + r_ddot"},
+        {"alpha1_dot_known": "alpha1_x1 * (x2 + theta_true * phi) + k1 * r_dot + r_ddot"},
         "obeys alpha1_dot_known = .*theta_true",
     ),
     "theta everywhere": (
-        {"alpha1": "-k1 * z1 - theta * phi + r_dot", "alpha1_x1": "-k1 - theta",
-         "alpha1_dot_known": "alpha1_x1 * (x2 + theta * phi) + k1 * r_dot + r_ddot"},
+        {"alpha1": "-k1 * z1 - theta_true * phi + r_dot", "alpha1_x1": "-k1 - theta_true",
+         "alpha1_dot_known": "alpha1_x1 * (x2 + theta_true * phi) + k1 * r_dot + r_ddot"},
         "theta_true, which is unknown, stands in the control for theta_hat",
     ),
     "a quotient": ({"tau2": "phi * z1 - alpha1_x1 * phi * (z2 / 2)"}, r"row 3 is off by .*stands 0\.5 times in tau2"),
@@ -88,13 +89,13 @@ def test_wrong_statement_is_named(name: str) -> None:
     assert re.search(words, found), found
 
 
-NUMBERS = {"theta": 1.21, "k1": 2.002, "k2": 2.4, "gamma": 3.001}
+NUMBERS = {"theta_true": 1.21, "k1": 2.002, "k2": 2.4, "gamma": 3.001}
 
 
 @pytest.mark.parametrize("name", NUMBERS)
 def test_wrong_constant_is_named_with_its_value(name: str) -> None:
     found = said(*integrated(field({}, **{name: NUMBERS[name]})))
-    assert re.match(rf"(theta_true|{name}) is {NUMBERS[name]:.4g}, where the experiment has", found), found
+    assert re.match(rf"{name} is {NUMBERS[name]:.4g}, where the experiment has", found), found
 
 
 def test_gains_that_are_exchanged_are_named() -> None:
@@ -102,12 +103,11 @@ def test_gains_that_are_exchanged_are_named() -> None:
 
 
 def test_other_references_are_named() -> None:
-    problem_6 = SCENARIOS["problem-6"]
-    t, states = integrated(field({}, problem_6))
-    for r in (None, exact(replace(problem_6, horizon=Fraction(3))).reference(t)):
-        assert "of the experiment problem-6" in said(t, states, r)
-    halved = {name: text for name, text, _ in REFERENCES["sin"] if name == "r"}
-    t, states = integrated(field(halved, problem_6, amplitude=0.5, omega=0.7))
+    t, states = integrated(field({}, PROBLEM_6))
+    for r in (None, exact(with_values(PROBLEM_6, {"horizon": Fraction(3)})).reference(t)):
+        assert "of the experiment problem_6" in said(t, states, r)
+    halved = {name: text for name, text in loop_of(LESSON).statements if name == "r"}
+    t, states = integrated(field(halved, PROBLEM_6, amplitude=0.5, omega=0.7))
     assert "r_dot, r_ddot are those of a cos of this size" in said(t, states)
 
 
@@ -194,10 +194,10 @@ def test_state_of_another_experiment_is_named() -> None:
     whole = exact(LESSON)
     t = np.arange(4001) / 200
     states = whole.evaluate(t)
-    states[2] = exact(SCENARIOS["no-excitation"]).evaluate(t)[2]
+    states[2] = exact(NO_EXCITATION).evaluate(t)[2]
     r = whole.reference(t)
-    log = Measured(Trajectory(t, states, r, states[0] - r), whole)
-    assert diagnosis(log, CONTRACT, ["x2"]).startswith("theta_hat is that of another experiment, no-excitation")
+    log = Measured(Trajectory(t, states, r, states[0] - r, LESSON.names), whole)
+    assert diagnosis(log, CONTRACT, ["x2"]).startswith("theta_hat is that of another experiment, no_excitation")
 
 
 def test_right_log_has_no_diagnosis() -> None:

@@ -4,30 +4,34 @@
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from conformance.judging.checks import CONTRACT, parameters_are_the_scenarios
+from conformance.judging.checks import contract, parameters_are_the_scenarios
 from conformance.judging.identification import NEARER, explanation, implied, neighbour, solutions, value
-from conformance.judging.layout import COLUMNS as LOGGED
+from conformance.judging.layout import columns_of
 from conformance.judging.measured import Measured
 from conformance.judging.trajectory import Array, Trajectory
 from conformance.programs.ports import ROOT
-from conformance.theory.scenario import LESSON, SCENARIOS
-from conformance.truth.exact import COLUMNS, exact
+from conformance.tests.under_test import NO_EXCITATION
+from conformance.theory.experiments import with_values
+from conformance.theory.lesson import LESSON
+from conformance.truth.exact import exact
 
 EXACT = exact(LESSON)
+CONTRACT = contract(EXACT)
 T = np.linspace(0, 20, 1001)
+COLUMNS = EXACT.sensitivity.columns.tolist()
 CHANGES = [(name, 10.0**-k) for name in COLUMNS for k in range(2, 7)]  # relative, of 1 where the value is 0
 SIZES = np.array([change * (value(EXACT, name) or 1.0) for name, change in CHANGES])
 
 
 def measured(states: Array) -> Measured:
     reference = EXACT.reference(T)
-    return Measured(Trajectory(T, states, reference, states[0] - reference), EXACT)
+    return Measured(Trajectory(T, states, reference, states[0] - reference, LESSON.names), EXACT)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +46,7 @@ def test_scenario_that_differs_in_one_parameter_is_named_and_refused(number: int
     log = measured(logs[:, number])
     found = neighbour(log)
     assert found.name == name and found.change == pytest.approx(SIZES[number], rel=2 * relative + 1e-5)
-    result = parameters_are_the_scenarios(log, CONTRACT)
+    (result,) = parameters_are_the_scenarios(log, CONTRACT)
     assert not result.passed and f"for {name} = " in result.where
 
 
@@ -68,8 +72,8 @@ def test_bound_of_an_implied_parameter_covers_it_in_noise(logs: Array) -> None:
 
 def test_what_cannot_be_told_is_said_to_be_so() -> None:
     """Without a reference signal its frequency leaves no trace."""
-    still = exact(SCENARIOS["no-excitation"])
-    log = Measured(Trajectory(T, still.evaluate(T), 0 * T, still.evaluate(T)[0]), still)
+    still = exact(NO_EXCITATION)
+    log = Measured(Trajectory(T, still.evaluate(T), 0 * T, still.evaluate(T)[0], LESSON.names), still)
     assert "omega: the log cannot tell" in map(str, implied(log))
 
 
@@ -85,7 +89,8 @@ def told(tmp_path: Path) -> Callable[[Array], str]:
         log = measured(states).trajectory
         columns = [T, *states, log.reference, log.tracking_error]
         path = tmp_path / "log.csv"
-        np.savetxt(path, np.column_stack(columns), fmt="%.17g", delimiter=",", header=",".join(LOGGED), comments="")
+        header = ",".join(columns_of(LESSON.names))
+        np.savetxt(path, np.column_stack(columns), fmt="%.17g", delimiter=",", header=header, comments="")
         command = [sys.executable, "-m", "conformance", "validate", str(path)]
         return subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout
 
@@ -104,6 +109,7 @@ def test_log_within_tolerance_for_another_gamma_is_refused(told: Callable[[Array
 
 
 def test_other_experiment_is_judged_by_its_own_parameters() -> None:
-    other = replace(LESSON, **{"gamma": LESSON.gamma * 2})
-    log = Measured(Trajectory(T, exact(other).evaluate(T), EXACT.reference(T), 0 * T), exact(other))
-    assert parameters_are_the_scenarios(log, CONTRACT).passed
+    other = with_values(LESSON, {"gamma": Fraction(6)})
+    log = Measured(Trajectory(T, exact(other).evaluate(T), EXACT.reference(T), 0 * T, LESSON.names), exact(other))
+    (result,) = parameters_are_the_scenarios(log, CONTRACT)
+    assert result.passed

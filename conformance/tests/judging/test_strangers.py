@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conformance.judging.layout import COLUMNS, is_number
+from conformance.judging.layout import columns_of, is_number
 from conformance.judging.report import read_report, report_problems
 from conformance.judging.trajectory import TrajectoryError, _read_quickly, load
 from conformance.judging.verdict import judge_file
 from conformance.tests.judging.test_corruptions import LINES, RIGHT, RIGHT_TEXT, cell, judged, single, text
-from conformance.theory.scenario import LESSON, SCENARIOS
+from conformance.tests.under_test import NO_EXCITATION
+from conformance.theory.lesson import LESSON
 
+COLUMNS = columns_of(LESSON.names)
 HEAD = ",".join(COLUMNS)
 GOOD = HEAD + "\n0,1.5,0,0,0.5,1\n1,0.5,0,0,0.25,0.25\n20,0.25,0,0,0.25,0\n"
 
@@ -23,7 +25,7 @@ GOOD = HEAD + "\n0,1.5,0,0,0.5,1\n1,0.5,0,0,0.25,0.25\n20,0.25,0,0,0.25,0\n"
 def loaded(content: str | bytes, folder: Path) -> list[float]:
     path = folder / "sent.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "surrogateescape"))
-    return load(path, 20.0)["x1"].tolist()
+    return load(path, LESSON)["x1"].tolist()
 
 
 def refusal(content: str | bytes, folder: Path) -> str:
@@ -120,7 +122,7 @@ def test_column_of_false_is_not_a_column_of_zeros(tmp_path: Path) -> None:
     path = tmp_path / "false.csv"
     columns = RIGHT | {"reference": np.zeros_like(RIGHT["t"]), "tracking_error": RIGHT["x1"]}
     path.write_text(re.sub(r",0,(?=[^,]*$)", ",False,", text(columns), flags=re.MULTILINE))
-    verdict = judge_file(path, SCENARIOS["no-excitation"])
+    verdict = judge_file(path, NO_EXCITATION)
     assert verdict.reason.startswith("false.csv, line 2, column reference: found 'False', a truth value, no number")
 
 
@@ -149,7 +151,7 @@ def test_benign_layout_is_read(name: str, tmp_path: Path) -> None:
 def test_layout_that_costs_something_is_noted(tmp_path: Path) -> None:
     for name, note in (("quoted cells", "quotes"), ("a header after #", "after #"), ("sep=,", "sep=,")):
         loaded(BENIGN[name], tmp_path)
-        assert note in " ".join(load(tmp_path / "sent.csv", 20.0).notes)
+        assert note in " ".join(load(tmp_path / "sent.csv", LESSON).notes)
 
 
 def indexed(line: str, number: int) -> str:
@@ -276,7 +278,7 @@ def problems(content: bytes, folder: Path) -> list[str]:
     (folder / "stdout.txt").write_bytes(content)
     (folder / "judged.csv").write_text(RIGHT_TEXT)
     lines, _ = read_report(folder / "stdout.txt")
-    return report_problems(lines, load(folder / "judged.csv", 20.0), LESSON, "judged.csv")
+    return report_problems(lines, load(folder / "judged.csv", LESSON), LESSON, "judged.csv")
 
 
 @pytest.mark.parametrize("name", ACCEPTED)

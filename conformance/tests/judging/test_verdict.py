@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from conformance.judging.checks import Result
-from conformance.judging.layout import COLUMNS
+from conformance.judging.layout import columns_of
 from conformance.judging.verdict import Verdict, headline, judge_all, judge_file, judge_port, to_json
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.tests.under_test import PORTS, record
-from conformance.theory.scenario import LESSON
+from conformance.theory.lesson import LESSON
 from conformance.truth.exact import exact
 from conformance.truth.experiment import truth
 
@@ -33,7 +33,7 @@ def exact_csv(tmp_path: Path) -> Path:
     reference = exact(LESSON).reference(t)
     path = tmp_path / "exact.csv"
     rows = np.column_stack([t, x1, x2, theta_hat, reference, x1 - reference])
-    np.savetxt(path, rows, fmt="%.17g", delimiter=",", header=",".join(COLUMNS), comments="")
+    np.savetxt(path, rows, fmt="%.17g", delimiter=",", header=",".join(columns_of(LESSON.names)), comments="")
     return path
 
 

@@ -23,8 +23,9 @@ from conformance.pages.report.page import write_page
 from conformance.pages.report.playground import playground, read_questions
 from conformance.programs.ports import SIX, read_ports
 from conformance.programs.sources import source
-from conformance.tests.under_test import PORTS
-from conformance.theory.scenario import LESSON, SCENARIOS
+from conformance.tests.under_test import NO_EXCITATION, PORTS, PROBLEM_6
+from conformance.theory.experiments import Experiment
+from conformance.theory.lesson import LESSON
 from conformance.trials.variant import read_variants
 from conformance.truth.exact import exact
 
@@ -232,7 +233,7 @@ def test_dragging_across_a_chart_zooms(page: Page) -> None:
     page.mouse.down()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 20, steps=3)
     page.mouse.up()
-    horizon = float(SCENARIOS["lesson"].horizon)
+    horizon = float(LESSON.horizon)
     ends = [float(page.locator(end).input_value()) for end in ("#from", "#to")]
     assert ends == pytest.approx([horizon / 4, horizon / 2], rel=0.05)
     page.locator("#whole").click()
@@ -478,25 +479,22 @@ def write_csv(page: Page, path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize(
-    ("begin", "scenario"),
-    [("Chapter17_Lesson1", "lesson"), ("no_excitation", "no-excitation"), ("problem_6", "problem-6")],
-)
-def test_playground_passes_every_check(page: Page, begin: str, scenario: str, tmp_path: Path) -> None:
-    page.locator(f"[data-start={begin}]").click()
-    verdict = judge_file(write_csv(page, tmp_path / "playground.csv"), SCENARIOS[scenario])
+@pytest.mark.parametrize("experiment", [LESSON, NO_EXCITATION, PROBLEM_6], ids=lambda experiment: experiment.name)
+def test_playground_passes_every_check(page: Page, experiment: Experiment, tmp_path: Path) -> None:
+    page.locator(f"[data-start={experiment.name}]").click()
+    verdict = judge_file(write_csv(page, tmp_path / "playground.csv"), experiment)
     assert verdict.conforms, verdict.reason
 
 
 def test_mistake_in_the_playground_is_refused_and_shows_its_code(page: Page, tmp_path: Path) -> None:
     titles = playground(exact(LESSON), read_variants().values()).titles
-    mistakes = [name for name, variant in titles.items() if variant.scenario.wave == LESSON.wave]
+    mistakes = [name for name, variant in titles.items() if variant.experiment.reference == LESSON.reference]
     assert len(mistakes) > 3
     changed, outcome = page.locator("#playground .changed:visible"), page.locator("#playground .outcome")
     for mistake in mistakes:
         page.locator("[data-start=Chapter17_Lesson1]").click()
         page.locator(f"input[name=mistake][value={mistake}]").check()
-        verdict = judge_file(write_csv(page, tmp_path / "playground.csv"), SCENARIOS["lesson"])
+        verdict = judge_file(write_csv(page, tmp_path / "playground.csv"), LESSON)
         assert not verdict.conforms, mistake
         assert changed.count() == 1 and changed.locator(".added, .removed").count() >= 2
         assert "do not add up to V(0)" in outcome.inner_text(), mistake

@@ -14,7 +14,7 @@ import sympy as sp
 from sympy.parsing.sympy_parser import parse_expr
 
 from conformance.judging.checks import Result
-from conformance.judging.trajectory import STATES, load
+from conformance.judging.trajectory import load
 from conformance.judging.verdict import judge_file
 from conformance.pages.report.curves import GRID, curves, leaders, signals
 from conformance.pages.report.evidence import cell, outcome
@@ -32,7 +32,7 @@ from conformance.tests.under_test import FIRST, PORTS, trajectory_of
 from conformance.theory.derivation import derivation
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import camel
-from conformance.theory.scenario import LESSON
+from conformance.theory.lesson import LESSON
 from conformance.theory.statements import parameters_of, statements_of
 from conformance.trials.variant import read_variants
 from conformance.truth.exact import exact
@@ -95,7 +95,7 @@ def test_value_at_the_pointer_is_off_by_no_more_than_the_program(port: Port) -> 
     trajectory, solution = trajectory_of(port), exact(LESSON)
     drawn, grid = curves(solution, trajectory), GRID * float(LESSON.horizon)
     error = np.abs(trajectory.states - solution.evaluate(trajectory.t)).max(axis=1)
-    for name, largest, true in zip(STATES, error, solution.evaluate(grid), strict=True):
+    for name, largest, true in zip(LESSON.names, error, solution.evaluate(grid), strict=True):
         assert np.abs(drawn[name] - true).max() <= 1.5 * largest
 
 
@@ -289,9 +289,8 @@ def test_exercises_come_as_the_lessons_sections(html: str) -> None:
 
 
 def test_problem_6_is_drawn_over_whole_periods() -> None:
-    scenario = VARIANTS["problem-6"].scenario
-    curves = solved(scenario)
-    periods = curves["t"][-1] * float(scenario.omega) / (2 * np.pi)
+    curves = solved(VARIANTS["problem-6"].experiment)
+    periods = curves["t"][-1] * 0.5 / (2 * np.pi)
     assert periods > 1 and periods == pytest.approx(round(periods), abs=1e-3)
     settled = curves["t"] > 10
     assert np.abs(curves["x1"] - curves["reference"])[settled].max() < 0.01
@@ -402,7 +401,7 @@ def test_playgrounds_program_of_any_plant_passes_every_check(plant: str, tmp_pat
     verdict = judge_file(path, experiment)
     assert verdict.conforms, verdict.reason
     solution = exact(experiment)
-    log = load(path, float(experiment.horizon), solution.setting.names)
+    log = load(path, experiment)
     shown = playground(solution, plant=experiment)
     assert [start["constants"].keys() for start in shown.data["starts"].values()] == [
         {c.name for c in parameters_of(experiment)} - {"final_time"}

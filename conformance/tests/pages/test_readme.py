@@ -26,7 +26,7 @@ from conformance.pages.readme import (
 )
 from conformance.programs.ports import ROOT
 from conformance.tests.under_test import PORTS
-from conformance.theory.scenario import LESSON
+from conformance.theory.lesson import LESSON
 
 SAME = 0.005  # mean difference of two pictures, of 1, that another rendering of the same text may make
 

@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 from contextlib import suppress
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -18,12 +17,13 @@ from conformance.programs.ports import ROOT, SIX, Port, read_ports
 from conformance.programs.run import choose_engine, headless
 from conformance.programs.sources import source
 from conformance.tests.under_test import PORTS, record
-from conformance.theory.scenario import LESSON
-from conformance.trials.edits import constant_edit, edited, in_scenario
+from conformance.theory.experiments import with_values
+from conformance.theory.lesson import LESSON
+from conformance.trials.edits import constant_edit, edited, in_experiment
 from conformance.trials.variant import Job, copy_what_runs, in_tree, job, run_all, runnable
 
 BUILD = ROOT / "build" / "bad-luck"  # kept as the variants are
-SHORT = replace(LESSON, horizon=Fraction("0.1"))
+SHORT = with_values(LESSON, {"horizon": Fraction("0.1")})
 TYPED_PATH = f"{ROOT / '.venv' / 'bin'}:{os.environ['PATH']}"  # where an environment is active
 FIRST_RUN = "first-run.csv"
 BLOW_UPS = {"x1_start": "1" + 200 * "0" + ".0", "x2_start": "1" + 300 * "0" + ".0"}
@@ -32,12 +32,12 @@ ENGINE_REMARK = "error: ignoring const execution_exception& while preparing to e
 
 def short_job(port: Port) -> Job:
     """The program over 0.1 s instead of 20 s."""
-    return job(BUILD / "short", port, in_scenario(port, SHORT))
+    return job(BUILD / "short", port, in_experiment(port, SHORT))
 
 
 def blow_up_job(port: Port, constant: str) -> Job:
     """The short program from a start whose square is beyond the doubles."""
-    text = in_scenario(port, SHORT)
+    text = in_experiment(port, SHORT)
     edit = constant_edit(port, text, constant, BLOW_UPS[constant])
     return job(BUILD / constant, port, edited(text, [edit]))
 
@@ -122,7 +122,7 @@ def test_program_runs_bare_as_its_head_says_and_replaces_an_old_csv(short_progra
     assert answer.returncode == 0, answer.stderr
     assert not list(short_program.folder.glob("*.part"))
     assert csv.read_bytes() == (short_program.build / FIRST_RUN).read_bytes()  # another run gives the same
-    trajectory = load(csv, 0.1)  # in the transient, where every row differs from the one before it
+    trajectory = load(csv, SHORT)  # in the transient, where every row differs from the one before it
     assert report_problems(answer.stdout.splitlines(), trajectory, LESSON, csv.name) == []
 
 

@@ -7,7 +7,6 @@ None is here: programs of the same names print a banner and hand on to the open 
 import os
 import stat
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,11 +15,12 @@ from conformance.judging.verdict import judge_port
 from conformance.programs.ports import ROOT, read_ports
 from conformance.programs.run import as_a_user
 from conformance.tests.under_test import PORTS
-from conformance.theory.scenario import LESSON
-from conformance.trials.edits import edited, in_scenario, without_drawing
+from conformance.theory.experiments import with_values
+from conformance.theory.lesson import LESSON
+from conformance.trials.edits import edited, in_experiment, without_drawing
 from conformance.trials.variant import copy_what_runs
 
-SHORT = replace(LESSON, horizon=LESSON.horizon / 100)
+SHORT = with_values(LESSON, {"horizon": LESSON.horizon / 100})
 MATLAB = """\
 #!/bin/sh
 [ "$1 $2" = "-nodisplay -batch" ] || exit 2
@@ -49,7 +49,7 @@ def tree(tmp_path: Path) -> Path:
     copy_what_runs(root)
     for name in ("matlab", "simulink", "mathematica"):
         port = PORTS[name]
-        text = in_scenario(port, SHORT)
+        text = in_experiment(port, SHORT)
         text = edited(text, without_drawing(port, text))
         (root / port.folder.name / port.source).write_text(text, encoding="utf-8")
     (root / "bin").mkdir()

@@ -8,7 +8,7 @@ from conformance.judging.report import report_problems
 from conformance.judging.trajectory import Trajectory
 from conformance.programs.ports import Port
 from conformance.tests.under_test import engine_of, record
-from conformance.theory.scenario import LESSON
+from conformance.theory.lesson import LESSON
 
 
 def test_standard_output_says_the_same_as_the_csv(port: Port, trajectory: Trajectory) -> None:

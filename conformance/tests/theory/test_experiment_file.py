@@ -13,12 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conformance.programs.ports import ROOT
-from conformance.theory import experiment_file
+from conformance.theory import admission
 from conformance.theory.experiment_file import read_experiment, to_toml
-from conformance.theory.experiments import camel, form_of, reference_of, refused_name
+from conformance.theory.experiments import camel, refused_name
 from conformance.theory.expressions import text
 from conformance.theory.faults import FileFault
 from conformance.theory.strict_feedback import Rule
+from conformance.theory.symbolic import form_of, reference_of
 
 BAD = Path(__file__).parent / "bad"
 BAD_FILES = sorted(BAD.glob("*.toml"))
@@ -52,7 +53,7 @@ UNREACHABLE = {Rule.HIDDEN_STATE, Rule.UNDECLARED_SYMBOL, Rule.TIME_VARYING_ROW,
 
 
 def test_every_rule_of_the_classification_has_a_bad_file() -> None:
-    from conformance.theory.experiment_file import REMEDIES
+    from conformance.theory.admission import REMEDIES
 
     shown = "".join(path.read_text() for path in BAD.glob("*.expected"))
     assert [rule for rule in Rule if rule not in UNREACHABLE and REMEDIES[rule] not in shown] == []
@@ -92,8 +93,8 @@ def test_a_plant_that_takes_too_long_to_classify_is_refused(monkeypatch: pytest.
             with suppress(Exception):
                 sum(range(1000))
 
-    monkeypatch.setattr(experiment_file, "classify", forever)
-    monkeypatch.setattr(experiment_file, "LONGEST_TIME", 0.2)
+    monkeypatch.setattr(admission, "classify", forever)
+    monkeypatch.setattr(admission, "LONGEST_TIME", 0.2)
     assert "takes more than 0.2 s" in message(LESSON)
     monkeypatch.undo()
     read_experiment(LESSON)

@@ -12,8 +12,8 @@ from conformance.programs.ports import ROOT
 from conformance.theory import expressions
 from conformance.theory.design import random_rational
 from conformance.theory.experiment_file import read_experiment
-from conformance.theory.experiments import Experiment, Unknown, design_of, form_of
-from conformance.theory.expressions import Expression, Negative, Product, Sum, names_in, operations, to_sympy
+from conformance.theory.experiments import Experiment, Unknown
+from conformance.theory.expressions import Expression, Negative, Product, Sum, names_in, operations
 from conformance.theory.identity import Dual, Functions, WrongStatement, dual, prove
 from conformance.theory.program import evaluate
 from conformance.theory.reader import read
@@ -29,6 +29,7 @@ from conformance.theory.statements import (
     reference_names,
     statements_of,
 )
+from conformance.theory.symbolic import design_of, form_of, symbols_of, to_sympy
 
 from .lesson import random_gains, random_Gamma, random_plant
 
@@ -206,7 +207,7 @@ def test_f_g_and_phi_in_their_authors_order_are_those_of_the_classification(name
     for ours, theirs in zip(
         (*ordered.f, *ordered.g, *sum(ordered.phi, ())), (*form.f, *form.g, *sum(form.phi, ())), strict=True
     ):
-        assert sp.simplify(to_sympy(ours, e.symbol) - theirs) == 0
+        assert sp.simplify(to_sympy(ours, symbols_of(e)) - theirs) == 0
 
 
 @pytest.mark.parametrize("name", PLANTS)
@@ -217,10 +218,10 @@ def test_the_rows_of_the_plant_are_the_authors(name: str) -> None:
     back = {f"{p.name}_true": sp.Symbol(p.name) for p in e.unknown}
 
     def symbol(name: str) -> sp.Expr:
-        return to_sympy(values[name], e.symbol) if name in values else back.get(name, e.symbol(name))
+        return to_sympy(values[name], symbols_of(e)) if name in values else back.get(name, symbols_of(e)(name))
 
     for row, s in zip(e.rows, statements[-len(e.rows) :], strict=True):
-        assert sp.expand(to_sympy(s.expression, symbol) - to_sympy(row, e.symbol)) == 0
+        assert sp.expand(to_sympy(s.expression, symbol) - to_sympy(row, symbols_of(e))) == 0
 
 
 # ------------------------------------------------------------------ that a wrong one is refused

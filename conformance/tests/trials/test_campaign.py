@@ -18,9 +18,12 @@ import pytest
 from conformance.judging.verdict import judge_file
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.tests.under_test import PORTS, record, write_awk
-from conformance.theory.scenario import LESSON, RANGES, read_scenario
+from conformance.theory.experiment_file import read_experiment
+from conformance.theory.experiments import values_of, with_values
+from conformance.theory.expressions import text as text_of
+from conformance.theory.lesson import LESSON
 from conformance.trials import campaign
-from conformance.trials.campaign import Trial, carry_out, draw, known, prepare, prove, report, trial
+from conformance.trials.campaign import RANGES, WAVES, Trial, carry_out, draw, known, prepare, prove, report, trial
 from conformance.trials.coverage import own_trials
 from conformance.trials.edits import Edit, edited
 
@@ -37,17 +40,17 @@ def test_a_scenario_depends_on_seed_and_number_alone() -> None:
 def test_draws_fill_the_ranges_and_stay_inside() -> None:
     drawn = [draw(0, n) for n in range(2000)]
     for name, (low, high, grain) in RANGES.items():
-        values = [getattr(scenario, name) for scenario in drawn]
+        values = [values_of(experiment)[name] for experiment in drawn]
         width = Fraction(high) - Fraction(low)
         assert Fraction(low) <= min(values) <= Fraction(low) + width / 20, name
         assert Fraction(high) >= max(values) >= Fraction(high) - width / 20, name
         assert all((value / Fraction(grain)).denominator == 1 for value in values), name
-    assert {scenario.wave for scenario in drawn} == {"sin", "cos"}
+    assert {wave for e in drawn for wave in WAVES if wave in text_of(e.reference)} == set(WAVES)
 
 
 def test_the_lesson_itself_could_be_drawn() -> None:
     for name, (low, high, grain) in RANGES.items():
-        value = getattr(LESSON, name)
+        value = values_of(LESSON).get(name, Fraction(0))
         assert Fraction(low) <= value <= Fraction(high) and (value / Fraction(grain)).denominator == 1, name
 
 
@@ -61,7 +64,7 @@ def arguments(count: int, ports: Iterable[str], *more: str) -> list[str]:
 
 def test_program_conforms_on_scenarios_of_its_own(port: Port) -> None:
     record(port)
-    outcomes = [carry_out(one, prove(one.scenario)) for one in own_trials(port, 2)]
+    outcomes = [carry_out(one, prove(one.experiment)) for one in own_trials(port, 2)]
     assert [outcome.reason for outcome in outcomes] == ["", ""]
 
 
@@ -153,7 +156,7 @@ def one(copy_of_the_tree: Callable[..., Path], tmp_path: Path) -> Trial:
 
 
 def trial_of(port: Port, folder: Path) -> Trial:
-    return trial(replace(draw(SEED, 0), horizon=Fraction(1)), prepare(port), folder)
+    return trial(with_values(draw(SEED, 0), {"horizon": Fraction(1)}), prepare(port), folder)
 
 
 def spoilt(one: Trial, old: str, new: str) -> Trial:
@@ -165,11 +168,11 @@ def test_a_wrong_program_fails_and_what_is_printed_reproduces_it(one: Trial, tmp
     assert outcome.status == "fail" and "(16)" in outcome.reason
     text = report([outcome], tmp_path)
     printed = tmp_path / "printed.toml"
-    printed.write_text(text[text.index("[scenario]") : text.index("# python")])
-    assert read_scenario(printed) == one.scenario
+    printed.write_text(text[text.index("title =") : text.index("# python")])
+    assert read_experiment(printed) == one.experiment
     command = next(line for line in text.splitlines() if line.startswith("# python -m conformance validate"))
     path, toml = (Path(word) for word in command.split()[5::2])
-    assert judge_file(path, read_scenario(toml)).reason == outcome.reason
+    assert judge_file(path, read_experiment(toml)).reason == outcome.reason
 
 
 @pytest.mark.parametrize(

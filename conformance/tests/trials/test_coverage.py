@@ -12,9 +12,10 @@ import pytest
 
 from conformance.programs.ports import read_ports
 from conformance.tests.under_test import AWK, make, write_awk
-from conformance.theory.scenario import LESSON, RANGES
-from conformance.trials.campaign import carry_out, draw, prove
-from conformance.trials.coverage import extremes, furthest, own_scenarios, own_trials
+from conformance.theory.experiments import values_of
+from conformance.theory.lesson import LESSON
+from conformance.trials.campaign import RANGES, carry_out, draw, prove
+from conformance.trials.coverage import extremes, furthest, own_experiments, own_trials
 from conformance.truth.exact import exact
 
 TABLE = """\
@@ -34,10 +35,10 @@ CHEATS = {  # what no experiment of the suite's sees: right on the lesson, and w
 }
 
 
-def test_own_scenarios_follow_from_the_source(tmp_path: Path) -> None:
+def test_own_experiments_follow_from_the_source(tmp_path: Path) -> None:
     ports = read_ports().values()
-    assert [own_scenarios(port, 2) for port in ports] == [own_scenarios(port, 2) for port in ports]
-    assert len({scenario for port in ports for scenario in own_scenarios(port, 2)}) == 2 * len(ports)
+    assert [own_experiments(port, 2) for port in ports] == [own_experiments(port, 2) for port in ports]
+    assert len({scenario for port in ports for scenario in own_experiments(port, 2)}) == 2 * len(ports)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -48,8 +49,8 @@ def test_the_furthest_reach_further_than_the_lesson_and_than_the_first(seed: int
     assert np.ptp([lowest.min(0), highest.max(0)], axis=0)[3] > np.ptp([drawn[0].min(0), drawn[1].max(0)], axis=0)[3]
     assert (highest.max(0) - lowest.min(0) > high - low)[[0, 3]].all() and highest.max(0)[2] > 4
     assert all(
-        Fraction(low) <= getattr(scenario, name) <= Fraction(high)
-        for scenario in taken for name, (low, high, _) in RANGES.items()
+        Fraction(low) <= values_of(experiment)[name] <= Fraction(high)
+        for experiment in taken for name, (low, high, _) in RANGES.items()
     )  # fmt: skip
 
 
@@ -71,7 +72,8 @@ def test_a_program_that_is_right_on_the_lesson_alone_is_refused(
     old, new = CHEATS[cheat]
     assert source.read_text().count(old) == 1
     source.write_text(source.read_text().replace(old, new))
-    outcomes = [carry_out(one, prove(one.scenario)) for one in own_trials(read_ports(root)["awk"], 2, tmp_path / "own")]
+    trials = own_trials(read_ports(root)["awk"], 2, tmp_path / "own")
+    outcomes = [carry_out(one, prove(one.experiment)) for one in trials]
     assert "fail" in {outcome.status for outcome in outcomes}
 
 

@@ -10,23 +10,24 @@ from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.sources import source, statement
 from conformance.programs.spelling import spelled
 from conformance.programs.writer import write
-from conformance.tests.under_test import PORTS
+from conformance.tests.under_test import PORTS, PROBLEM_6
 from conformance.theory.experiment_file import read_experiment
-from conformance.theory.scenario import LESSON, NUMBERS, SCENARIOS, Scenario
+from conformance.theory.experiments import values_of, with_values
+from conformance.theory.lesson import LESSON
 from conformance.trials.edits import (
-    CONSTANT_OF,
     Edit,
     constant_edit,
     constant_value,
     decimal,
     edited,
-    scenario_edits,
+    experiment_edits,
     without_drawing,
 )
 
 ALL = read_ports()
 every_port = pytest.mark.parametrize("any_port", PORTS.values(), ids=PORTS)
-OTHER = Scenario(**{name: Fraction(n + 3, 4) for n, name in enumerate(NUMBERS)}, wave="cos")
+NUMBERS = {name: Fraction(n + 3, 4) for n, name in enumerate(values_of(LESSON))}
+OTHER = with_values(replace(LESSON, reference=PROBLEM_6.reference), NUMBERS)
 
 
 @pytest.mark.parametrize(("text", "count"), [("y = 1", 0), ("x = 1; x = 1", 2)])
@@ -41,21 +42,20 @@ def test_edits_come_one_after_another() -> None:
 
 @every_port
 def test_every_constant_of_a_scenario_can_be_set_in_every_port(any_port: Port) -> None:
-    text = edited(source(any_port), scenario_edits(any_port, source(any_port), OTHER))
-    for name in NUMBERS:
-        if name != "phase":
-            constant = constant_value(any_port, text, CONSTANT_OF.get(name, name))
-            assert Fraction(constant or 0) == getattr(OTHER, name), name
+    text = edited(source(any_port), experiment_edits(any_port, source(any_port), OTHER))
+    for name, number in NUMBERS.items():
+        constant = constant_value(any_port, text, {"theta": "theta_true", "horizon": "final_time"}.get(name, name))
+        assert Fraction(constant or 0) == number, name
 
 
 @every_port
-def test_the_lessons_own_scenario_edits_nothing(any_port: Port) -> None:
-    assert scenario_edits(any_port, source(any_port), LESSON) == []
+def test_the_lessons_own_experiment_edits_nothing(any_port: Port) -> None:
+    assert experiment_edits(any_port, source(any_port), LESSON) == []
 
 
 @every_port
 def test_problem_6_changes_the_reference_and_both_derivatives(any_port: Port) -> None:
-    text = edited(source(any_port), scenario_edits(any_port, source(any_port), SCENARIOS["problem-6"]))
+    text = edited(source(any_port), experiment_edits(any_port, source(any_port), PROBLEM_6))
     for line in (
         "r = amplitude * cos(omega * t)",
         "r_dot = -amplitude * omega * sin(omega * t)",

@@ -8,9 +8,9 @@ import pytest
 
 from conformance.programs.ports import ROOT, the_six
 from conformance.tests.under_test import PORTS
-from conformance.trials.edits import in_scenario
+from conformance.trials.edits import in_experiment
 from conformance.trials.mutants import (
-    SCENARIO,
+    EXPERIMENT,
     Fate,
     Mutant,
     changes,
@@ -48,7 +48,7 @@ def test_every_term_of_the_control_is_mutated(name: str) -> None:
 @pytest.mark.parametrize("name", MADE)
 def test_a_mutant_differs_in_one_line(name: str) -> None:
     for mutant in MADE[name]:
-        text = in_scenario(mutant.port, SCENARIO)
+        text = in_experiment(mutant.port, EXPERIMENT)
         lines = zip(text.splitlines(), mutant.text.splitlines(), strict=True)
         assert [number for number, (old, new) in enumerate(lines, start=1) if old != new] == [mutant.line]
 
@@ -60,7 +60,7 @@ def test_steps_that_are_written_out_are_mutated_too() -> None:
 
 def test_fates_are_told_apart() -> None:
     killed = MADE[FIRST.name][0]
-    harmless = in_scenario(FIRST, SCENARIO)
+    harmless = in_experiment(FIRST, EXPERIMENT)
     survivor = Mutant(FIRST, 1, "x = 1", "x = 2", harmless)
     found = fates([killed, survivor], ROOT / "build" / "mutants" / "test")
     assert [fate.status for fate in found] == ["killed", "survived"]

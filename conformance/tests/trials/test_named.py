@@ -4,7 +4,7 @@
 from conformance.judging.verdict import Verdict
 from conformance.programs.ports import Port, read_ports
 from conformance.tests.under_test import PORTS
-from conformance.trials.edits import in_scenario
+from conformance.trials.edits import in_experiment
 from conformance.trials.kill_matrix import prepare
 from conformance.trials.named import is_named, mistakes, snake, words
 from conformance.trials.variant import read_variants, runnable, source
@@ -20,14 +20,14 @@ def test_names_of_ports_are_respelled() -> None:
 def test_every_mistake_has_words_that_name_it(port: Port) -> None:
     for variant in VARIANTS.values():
         if variant.refused_by and variant.has(port):
-            found = words(port, in_scenario(port, variant.scenario), source(variant, port))
+            found = words(port, in_experiment(port, variant.experiment), source(variant, port))
             assert found, variant.name
             assert not is_named(Verdict(port.name, "fail", "something is wrong"), found), variant.name
 
 
 def test_first_line_alone_counts() -> None:
     port = read_ports()["cpp"]
-    before = in_scenario(port, VARIANTS["no-estimate-rate"].scenario)
+    before = in_experiment(port, VARIANTS["no-estimate-rate"].experiment)
     wanted = words(port, before, source(VARIANTS["no-estimate-rate"], port))
     assert is_named(
         Verdict("a", "fail", "row 2 is off by +1 phi * theta_hat': that term is missing from u (7)"), wanted

@@ -20,7 +20,8 @@ from conformance.judging.verdict import Verdict
 from conformance.pages.exercises import MATRIX, PAGE, page
 from conformance.programs.ports import ROOT, SIX, Port, the_six
 from conformance.tests.under_test import PORTS, record, trajectory_of
-from conformance.theory.scenario import LESSON, Scenario
+from conformance.theory.experiments import Experiment, with_values
+from conformance.theory.lesson import LESSON
 from conformance.trials import kill_matrix
 from conformance.trials.edits import Edit
 from conformance.trials.kill_matrix import END, OUTPUT, Outcome, refusals
@@ -82,13 +83,13 @@ def test_every_common_error_of_the_lesson_is_among_the_mistakes() -> None:
 def variant_run(name: str, port: Port) -> Trajectory:
     record(port)
     variant = VARIANTS[name]
-    return load(in_tree(port, variant.tree).csv, float(variant.scenario.horizon))
+    return load(in_tree(port, variant.tree).csv, variant.experiment)
 
 
-def largest_error(trajectory: Trajectory, scenario: Scenario = LESSON) -> float:
+def largest_error(trajectory: Trajectory, experiment: Experiment = LESSON) -> float:
     """Against the exact solution, over the 4 s of the variants."""
     early = trajectory.t <= 4.001
-    wanted = exact(scenario).evaluate(trajectory.t[early])
+    wanted = exact(experiment).evaluate(trajectory.t[early])
     return float(np.abs(trajectory.states[:, early] - wanted).max())
 
 
@@ -158,7 +159,7 @@ def test_only_what_changed_is_run_again(monkeypatch: pytest.MonkeyPatch) -> None
     before = (kept.folder / "run.json").read_text()
     run_all([kept])
     assert (kept.folder / "run.json").read_text() == before
-    changed = replace(MISTAKE, scenario=replace(MISTAKE.scenario, horizon=Fraction("2.5")))
+    changed = replace(MISTAKE, experiment=with_values(MISTAKE.experiment, {"horizon": Fraction("2.5")}))
     assert kept.fresh and not job(MISTAKE.tree, FIRST, source(changed, FIRST)).fresh
     monkeypatch.setattr("conformance.trials.variant._runs_on", lambda port: "another engine")
     assert not job(MISTAKE.tree, FIRST, source(MISTAKE, FIRST)).fresh
@@ -201,7 +202,7 @@ BAD = {
     "no TOML": ("title =", "Invalid value"),
     "no title": ("section = '(7)'\nshows = 'x'", "missing title"),
     "an unknown key": ("title = 't'\nsection = 's'\nshows = 'x'\nrefused = 'y'", "unknown refused"),
-    "an unknown constant": ("title = 't'\nsection = 's'\nshows = 'x'\nscenario.k3 = 1", "found 'k3'"),
+    "an unknown constant": ("title = 't'\nsection = 's'\nshows = 'x'\nexperiment.k3 = 1", "found 'k3'"),
     "half an edit": ("title = 't'\nsection = 's'\nshows = 'x'\nedits = [{old = 'a'}]", "expected old and new"),
 }
 

@@ -19,7 +19,9 @@ from flint import arb, fmpq
 from conformance.programs.ports import ROOT
 from conformance.tests.truth.problems import CLOSED, Closed, x, y
 from conformance.tests.truth.problems import lesson as written_lesson
-from conformance.theory.scenario import LESSON
+from conformance.theory.experiment_file import to_toml
+from conformance.theory.experiments import with_values
+from conformance.theory.lesson import LESSON
 from conformance.truth.certificate import certificate, same_problem
 from conformance.truth.certify import NoCertificate, bits, certify, parse, written
 from conformance.truth.deviation import NotProven, deviations, polynomial, rational, rows, series
@@ -27,7 +29,7 @@ from conformance.truth.experiment import problem
 from conformance.truth.taylor import precision
 from conformance.truth.truth import enclose
 
-SHORT = replace(LESSON, horizon=Fraction(1, 4))
+SHORT = with_values(LESSON, {"horizon": Fraction(1, 4)})
 TEXT = certificate(problem(SHORT), enclose(problem(SHORT), 1e-18))
 Content = dict[str, Any]
 
@@ -47,7 +49,7 @@ def test_lesson_is_certified() -> None:
     found = parse(certificate(lesson, enclose(lesson)))  # which has checked it
     assert same_problem(lesson, found) and found.radius <= 1e-18
     assert not same_problem(replace(lesson, start=(*lesson.start[:2], sp.S.One)), found)
-    assert not same_problem(problem(replace(LESSON, gamma=Fraction("3.0001"))), found)
+    assert not same_problem(problem(with_values(LESSON, {"gamma": Fraction("3.0001")})), found)
     assert not same_problem(replace(lesson, horizon=lesson.horizon + 1), found)
 
 
@@ -213,13 +215,13 @@ def conformance(*words: str | Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_commands_write_and_check_a_certificate(tmp_path: Path) -> None:
-    scenario, path = tmp_path / "short.toml", tmp_path / "short.json"
-    scenario.write_text("[scenario]\nhorizon = 0.125\n")
-    assert conformance("truth", "--scenario", scenario, "--certificate", path).returncode == 0
-    good = conformance("certify", path, "--scenario", scenario)
+    short, path = tmp_path / "short.toml", tmp_path / "short.json"
+    short.write_text(to_toml(with_values(LESSON, {"horizon": Fraction(1, 8)})))
+    assert conformance("truth", "--plant", short, "--certificate", path).returncode == 0
+    good = conformance("certify", path, "--plant", short)
     assert good.returncode == 0 and "short.json holds: x1, x2, theta_hat on [0, 101/800]" in good.stdout, good.stderr
     path.write_text(resealed(FALSE["theta"]))
-    bad = conformance("certify", path)  # without a scenario, the mathematics' alone
+    bad = conformance("certify", path)  # without the experiment, the mathematics' alone
     assert bad.returncode == 1 and "short.json FAILS: in the step from t = 0" in bad.stdout
 
 

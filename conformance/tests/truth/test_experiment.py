@@ -15,10 +15,12 @@ import sympy as sp
 from flint import arb
 
 from conformance.programs.ports import ROOT
-from conformance.theory.scenario import LESSON
+from conformance.theory.experiments import with_values
+from conformance.theory.lesson import LESSON
 from conformance.truth import cache
 from conformance.truth.exact import Exact, exact, packed
-from conformance.truth.experiment import derived_loop, module, parameters, problem, truth
+from conformance.truth.experiment import loop_of, problem, truth
+from conformance.truth.functions import module
 from conformance.truth.taylor import precision
 from conformance.truth.truth import Enclosure, ball_function, enclose
 
@@ -47,15 +49,15 @@ def test_error_of_the_doubles_is_at_most_1e_15_of_each_states_scale() -> None:
 
 
 def lyapunov_function(time: Fraction) -> arb:
-    V = ball_function(problem(LESSON), [derived_loop("sin").V])
+    V = ball_function(problem(LESSON), [loop_of(LESSON).V])
     return V(time, truth(LESSON).at(time))[0]
 
 
 @pytest.fixture(scope="module")
 def dissipated() -> Enclosure:
     """The closed loop with the integral of k1 z1^2 + k2 z2^2 as a fourth state, which no formula of V enters."""
-    three, loop = problem(LESSON), derived_loop("sin")
-    dissipation = loop.dissipation.xreplace(parameters(LESSON))
+    three, loop = problem(LESSON), loop_of(LESSON)
+    dissipation = loop.dissipation
     states, rhs = (*three.states, sp.Symbol("dissipated")), (*three.rhs, dissipation)
     return enclose(replace(three, states=states, rhs=rhs, start=(*three.start, sp.S.Zero)))
 
@@ -85,7 +87,7 @@ def test_derivatives_of_the_field_are_those_of_the_solution() -> None:
 def test_functions_of_the_states_agree_with_the_enclosure() -> None:
     t, lesson = np.linspace(0, 20, 2001), exact(LESSON)
     states = lesson.evaluate(t)
-    loop = derived_loop("sin")
+    loop = loop_of(LESSON)
     balls = ball_function(problem(LESSON), [*loop.z, loop.V])
     for i in range(0, t.size, 100):
         wanted = [float(ball) for ball in balls(Fraction(t[i]), truth(LESSON).at(t[i]))]
@@ -98,11 +100,11 @@ def test_functions_of_the_states_agree_with_the_enclosure() -> None:
 
 
 def test_closed_loop_in_the_sources_is_the_derived_one() -> None:
-    """If not: python -m conformance.truth.experiment"""
+    """If not: python -m conformance.truth.functions"""
     assert (ROOT / "conformance/truth/closed_loop.py").read_text() == module()
 
 
-SHORT = replace(LESSON, horizon=Fraction(1))
+SHORT = with_values(LESSON, {"horizon": Fraction(1)})
 
 
 @pytest.fixture
@@ -128,16 +130,16 @@ def test_what_is_kept_is_proven_again_when_damaged(kept: Path) -> None:
 
 FORGERIES = {
     "a solution off by 1e-10": lambda e: replace(e, table=replace(e.table, polynomial=e.table.polynomial + 1e-10)),
-    "another solution": lambda e: replace(e, table=exact(replace(SHORT, gamma=Fraction("3.0000001"))).table),
-    "another start": lambda e: replace(e, table=exact(replace(SHORT, x2_start=Fraction("-0.5000001"))).table),
+    "another solution": lambda e: replace(e, table=exact(with_values(SHORT, {"gamma": Fraction("3.0000001")})).table),
+    "another start": lambda e: replace(e, table=exact(with_values(SHORT, {"x2_start": Fraction("-0.5000001")})).table),
     "a bound that is too wide": lambda e: replace(e, table=replace(e.table, bound=e.table.bound + 1e-6)),
     "a table of nothing": lambda e: replace(
         e, table=replace(e.table, polynomial=np.full_like(e.table.polynomial, np.nan))
     ),
     "gains that are too large": lambda e: replace(e, gains=replace(e.gains, field=1.1 * e.gains.field)),
     "gains that are too small": lambda e: replace(e, gains=replace(e.gains, V=0.9 * e.gains.V)),
-    "sensitivities of another scenario": lambda e: replace(
-        e, sensitivity=exact(replace(SHORT, theta=Fraction("1.3"))).sensitivity
+    "sensitivities of another experiment": lambda e: replace(
+        e, sensitivity=exact(with_values(SHORT, {"theta": Fraction("1.3")})).sensitivity
     ),
     "sensitivities exchanged": lambda e: replace(
         e, sensitivity=replace(e.sensitivity, polynomial=e.sensitivity.polynomial[..., ::-1].copy())
@@ -167,6 +169,6 @@ def test_nothing_that_is_kept_is_executed(kept: Path) -> None:
 
 def test_judging_from_the_cache_needs_neither_sympy_nor_ball_arithmetic() -> None:
     exact(LESSON)
-    program = "import sys; from conformance.truth.exact import exact; from conformance.theory.scenario import LESSON; "
+    program = "import sys; from conformance.truth.exact import exact; from conformance.theory.lesson import LESSON; "
     program += "exact(LESSON); sys.exit(bool({'sympy', 'flint', 'scipy'} & sys.modules.keys()))"
     assert subprocess.run([sys.executable, "-c", program], cwd=ROOT).returncode == 0

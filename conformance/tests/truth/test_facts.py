@@ -10,8 +10,8 @@ from flint import arb, fmpq
 from conformance.programs.ports import ROOT
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import Experiment
-from conformance.theory.expressions import to_sympy
 from conformance.theory.statements import parameters_of, statements_of
+from conformance.theory.symbolic import to_sympy
 from conformance.truth.taylor import precision
 from conformance.truth.truth import InitialValueProblem, enclose
 

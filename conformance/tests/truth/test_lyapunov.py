@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 from conformance.tests.truth.plants import MILD, loop, problem
-from conformance.theory.scenario import LESSON
-from conformance.truth.experiment import derived_loop, parameters
+from conformance.theory.lesson import LESSON
+from conformance.truth.experiment import loop_of
 from conformance.truth.experiment import problem as experiment
 from conformance.truth.taylor import precision
 from conformance.truth.truth import Enclosure, InitialValueProblem, ball_function, enclose
@@ -32,10 +32,10 @@ def stays_zero(enclosed: Enclosure) -> bool:
 @pytest.mark.parametrize("name", ["lesson", "pendulum with motor"])
 def test_lyapunov_function_falls_as_derived_at_every_time(name: str) -> None:
     if name == "lesson":
-        closed, of, numbers = derived_loop("sin"), experiment(LESSON), parameters(LESSON)
+        closed, of = loop_of(LESSON), experiment(LESSON)
     else:
-        closed, of, numbers = loop(name, MILD), problem(name, MILD), {}
-    V_dot, dissipation = closed.V_dot.xreplace(numbers), closed.dissipation.xreplace(numbers)
+        closed, of = loop(name, MILD), problem(name, MILD)
+    V_dot, dissipation = closed.V_dot, closed.dissipation
     enclosed = along(of, V_dot + dissipation)
     assert enclosed.largest_radius <= TARGET and stays_zero(enclosed)
     short = replace(of, horizon=sp.S.One)
