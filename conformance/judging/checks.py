@@ -369,7 +369,7 @@ def checks_of(experiment: Experiment) -> tuple[Check, ...]:
     tuning, gain = f"tau{n}", "gamma" if p == 1 else "Gamma"
     virtual = "alpha1" if n == 2 else f"alpha1 to alpha{n - 1}"
     parts = ", ".join([virtual] * (n > 1) + [tuning] * (p > 0)) + " or " * (n > 1 or p > 0)
-    adaptation = "the theta_hat'" if p else "a"
+    adaptation = "the " + " or ".join(f"{name}'" for name in estimates) if p else "a"
     causes = [
         *(f"row {i} of the plant, such as sin({x}) for {x} (16)" + ", or theta" * bool(p)
           for i, x in enumerate(states[1:], start=1)),
@@ -443,7 +443,7 @@ def checks_of(experiment: Experiment) -> tuple[Check, ...]:
         Check(
             lyapunov_function_never_grows,
             ("lyapunov-function-never-grows",),
-            "a wrong tuning function, or theta where theta_hat belongs (16)",
+            f"a wrong tuning function, or {unknown[0]} where {estimates[0]} belongs (16)" if p else "a wrong u",
         ),
         Check(
             lyapunov_function_falls_by_what_is_dissipated,

@@ -6,10 +6,10 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from conformance.programs.ports import ROOT, read_ports
+from conformance.programs.ports import LESSON, ROOT, read_ports
 
 SKELETON = Path(__file__).with_name("skeleton")
-AWK = "Chapter17_Lesson1.awk"  # its program, which needs nothing that a machine with make has not
+AWK = f"{LESSON}.awk"  # its program, which needs nothing that a machine with make has not
 
 
 def write_skeleton(name: str, root: Path = ROOT) -> list[Path]:

@@ -239,9 +239,7 @@ class Reading:
                     self.unknown_key(file, (key, inner), allowed)
         for key in TABLES:
             if key not in OPTIONAL and not self.holder(key):
-                file.refuse(
-                    None, f"the table [{key}] is missing", f"write [{key}], as in plants/Chapter17_Lesson1.toml"
-                )
+                file.refuse(None, f"the table [{key}] is missing", f"write [{key}], as the files in plants/ do")
 
     def unknown_key(self, file: TomlFile, place: Place, known: Sequence[str]) -> NoReturn:
         """Refuse a key, with the one that was perhaps meant."""
@@ -279,7 +277,7 @@ class Reading:
         found = [(table, name) for name in self.table(table)]
         most = {"plant": MOST_STATES, "unknown": MOST_UNKNOWN}.get(table, MOST_CONSTANTS)
         if table == "plant" and not found:
-            self.refuse((table,), "the plant has no rows", 'write one per state, such as x1 = "u"')
+            self.refuse((table,), "the plant has no rows", 'write one per state, such as x = "u"')
         if len(found) > most:
             self.refuse(
                 found[most], f"[{table}] holds {len(found)}, and {most} is the most", "leave some out", key=True

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from conformance.atomic import write_atomically
+from conformance.foreign import read_toml
 from conformance.programs.ports import ROOT, Port
 from conformance.programs.run import choose_engine, compile_command, engine_version, headless
 from conformance.programs.sandbox import boxed
@@ -38,19 +39,7 @@ FOLDER = ROOT / "build" / "campaign"
 PATIENCE = 120  # s, for one compilation or one run; the slowest program needs 5
 RADIUS = 1e-12  # of the proofs: a millionth of the tolerance
 WAVES = ("sin", "cos")
-RANGES = {  # of random scenarios: lowest, highest, grain; docs/campaign.md tells why
-    "theta": ("-1.5", "1.5", "0.01"),
-    "k1": ("0.5", "2.5", "0.01"),
-    "k2": ("0.5", "2.5", "0.01"),
-    "gamma": ("0.5", "3", "0.01"),
-    "amplitude": ("0", "1", "0.01"),
-    "omega": ("0.1", "2", "0.01"),
-    "phase": ("-3.1", "3.1", "0.1"),
-    "x1_start": ("-1.2", "1.2", "0.01"),
-    "x2_start": ("-1", "1", "0.01"),
-    "theta_hat_start": ("-1", "1", "0.01"),
-    "horizon": ("4", "20", "0.5"),  # a multiple of every program's step
-}
+RANGES: dict[str, list[str]] = read_toml(Path(__file__).with_name("ranges.toml"))  # of what is drawn
 MOST_THREADS = 4  # per worker process: a thread mostly waits for a program, and a process needs 2 s to start
 
 
