@@ -37,7 +37,7 @@ MISTAKES = {  # the statement, what is wrong in it, and the check that refuses i
     "a sign in a tuning function": ("tau3_1", "+ w3_1", "- w3_1", OBEYS.format("theta1_hat")),
     "theta_tilde with the other sign": ("theta2_hat_dot", "gamma", "-gamma", OBEYS.format("theta2_hat")),
     "no third derivative of the reference": ("alpha2_dot_known", " + r_dddot", "", BREAKS_X3),
-    "a reference that was changed alone": ("r", "0.5", "0.4", "reference-is-the-scenarios"),
+    "a reference that was changed alone": ("r", "0.5", "0.4", "reference-is-that-of-the-experiment"),
     "a partial derivative that forgets a product": ("tau2_1_x1", " + phi1_1 +", " +", BREAKS_X3),
 }
 
