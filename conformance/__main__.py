@@ -558,8 +558,7 @@ def print_truth(arguments: argparse.Namespace) -> int:
 
 def check_certificate(arguments: argparse.Namespace) -> int:
     """What a certificate claims, and whether it holds."""
-    from conformance.truth.certify import certify, read
-    from conformance.truth.deviation import NotProven
+    from conformance.truth.certify import NotProven, certify, read
 
     found, name = read(arguments.certificate), arguments.certificate.name
     if arguments.plant:
@@ -570,12 +569,13 @@ def check_certificate(arguments: argparse.Namespace) -> int:
             show(f"{name} FAILS: it is of another problem than {arguments.plant}")
             return 1
     try:
-        radius = certify(found)
+        proven = max(float(bound) for step in certify(found) for bound in step)
     except NotProven as reason:
         show(f"{name} FAILS: {reason}")
         return 1
-    claim = f"{', '.join(found.names)} on [0, {found.horizon}] lie within the stated radii, at most {found.radius:.1e}"
-    show(f"{name} holds: {claim}; this way, within {float(radius):.1e}")
+    stated = max(float(radius) for step in found.steps for radius in step.radius)
+    claim = f"{', '.join(found.names)} on [0, {found.horizon}] lie within the stated radii, at most {stated:.1e}"
+    show(f"{name} holds: {claim}; this way, within {proven:.1e}")
     return 0
 
 

@@ -22,6 +22,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import reduce
 from operator import mul
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import sympy as sp
@@ -101,7 +102,7 @@ class Program:
     """A straight-line program for f(t, x).
 
     nodes[i] reads nodes of smaller index only (F(u) also reads its factor F'(u), one coefficient late).
-    states[i], rhs[i]: the nodes of x_i and of f_i.
+    states[i], rhs[i]: the nodes of x_i and of f_i. parameters: constants with a name, such as "gamma=3".
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -111,6 +112,7 @@ class Program:
     factor: dict[int, int] = field(default_factory=dict)  # node of F(u) -> node of F'(u)
     states: list[int] = field(default_factory=list)
     rhs: list[int] = field(default_factory=list)
+    parameters: list[int] = field(default_factory=list)
     rates: dict[int, int] = field(default_factory=dict)  # node of a state or function -> node of its derivative
     run: Callable[..., list[Coefficients]] | None = None  # the compiled form
     balls: dict[int, dict[int, arb]] = field(default_factory=dict)  # constants, by precision
@@ -212,15 +214,22 @@ class Program:
 
 
 def compile_program(
-    time: sp.Symbol, states: Sequence[sp.Symbol], rhs: Sequence[sp.Expr], definitions: Sequence[Definition] = ()
+    time: sp.Symbol,
+    states: Sequence[sp.Symbol],
+    rhs: Sequence[sp.Expr],
+    definitions: Sequence[Definition] = (),
+    parameters: Mapping[sp.Symbol, sp.Rational] = MappingProxyType({}),
 ) -> Program:
     """The program of x' = rhs(t, x); definitions name what is computed once, in terms of t, x and earlier names.
 
+    parameters: symbols that stand for numbers, by which `variational` may differentiate.
     Raises ValueError for a floating-point number, a free symbol, or a function without a rule here.
     """
     program = Program()
     known: dict[sp.Expr, int] = {time: program.time()}
     known.update({symbol: program.state() for symbol in states})
+    known.update({symbol: program.constant(f"{symbol.name}={value}") for symbol, value in parameters.items()})
+    program.parameters = [known[symbol] for symbol in parameters]
     named, rows = {s: sp.sympify(e) for s, e in definitions}, [sp.sympify(e) for e in rhs]
     used = needed(rows, named)
     for name, expression in named.items():
@@ -257,7 +266,7 @@ def _along(program: Program, i: int, along: dict[int, int | None]) -> int | None
 def _copy(base: Program) -> Program:
     return Program(
         list(base.nodes), dict(base.index), list(base.degree), dict(base.function), dict(base.factor),
-        list(base.states), list(base.rhs), dict(base.rates),
+        list(base.states), list(base.rhs), list(base.parameters), dict(base.rates),
     )  # fmt: skip
 
 
@@ -309,26 +318,29 @@ def _power_node(program: Program, sub: Callable[[sp.Expr], int], e: sp.Pow) -> i
 
 
 def variational(base: Program) -> tuple[Program, list[tuple[int, int]]]:
-    """The program extended by Y' = (df/dx) Y, and which entries (i, j) of Y its further states are.
+    """The program extended by Y' = (df/dx) Y + df/dp, and which entries (i, j) of Y its further states are.
 
-    An entry is left out where it is 0 at all times: the derivative of x_i does not rest on x_j, however indirectly.
+    Column j of Y is the derivative by state j, or behind them by a parameter. An entry is left out where it is 0 at all
+    times: x_i does not rest on what column j is the derivative by, however indirectly.
     """
-    program = _copy(base)
-    columns = [_derivatives(program, base, state) for state in base.states]
+    program, n = _copy(base), len(base.states)
+    columns = [_derivatives(program, base, node) for node in (*base.states, *base.parameters)]
     gradients = [{j: column[f] for j, column in enumerate(columns) if f in column} for f in base.rhs]
-    reached = _reached(gradients)
-    Y = {(i, j): program.state() for i in range(len(reached)) for j in sorted(reached[i])}
+    reached = _reached(gradients, len(columns))
+    Y = {(i, j): program.state() for i in range(n) for j in sorted(reached[i])}
     for i, j in Y:
         terms = [program.mul(d, Y[k, j]) for k, d in gradients[i].items() if (k, j) in Y]
+        terms += [gradients[i][j]] if j >= n and j in gradients[i] else []
         program.rhs.append(reduce(program.add, terms) if terms else program.constant(sp.S.Zero))
     program.rates |= zip(program.states, program.rhs, strict=True)
     return program, list(Y)
 
 
-def _reached(gradients: Sequence[Mapping[int, int]]) -> list[set[int]]:
-    """For each state itself and all that its derivative rests on, directly or through others."""
+def _reached(gradients: Sequence[Mapping[int, int]], columns: int) -> list[set[int]]:
+    """For each state itself and all that its derivative rests on, directly or through others; a parameter: itself."""
     reached = [{i, *gradient} for i, gradient in enumerate(gradients)]
-    for _ in reached:
+    reached += [{j} for j in range(len(gradients), columns)]
+    for _ in gradients:
         reached = [set().union(*(reached[k] for k in found)) for found in reached]
     return reached
 
@@ -470,4 +482,6 @@ def coefficients(program: Program, t: arb, x: Sequence[arb], order: int) -> list
 
 
 def _constant(value: str | int | sp.Rational) -> arb:
-    return {"pi": arb.pi, "E": arb.const_e}[value]() if isinstance(value, str) else exact(sp.Rational(value))
+    if value in ("pi", "E"):
+        return arb.pi() if value == "pi" else arb.const_e()
+    return exact(sp.Rational(str(value).rpartition("=")[2]))

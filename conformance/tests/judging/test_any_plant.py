@@ -228,6 +228,15 @@ def test_derivatives_of_the_derived_functions_are_those_of_differences(name: str
     assert np.allclose(-fall, x.dissipation(t, states)[0], rtol=1e-6, atol=1e-8)
 
 
+@pytest.mark.parametrize("name", ["first_order", "khalil"])
+def test_proven_gains_are_not_below_the_slopes_at_samples_and_near_the_largest(name: str) -> None:
+    found = solved(name)
+    seen = sampled_gains(found, 20001)
+    for slopes in ("field", "z", "V", "dissipated"):
+        proven, largest = getattr(found.gains, slopes), getattr(seen, slopes)
+        assert (proven >= largest * (1 - 1e-6)).all() and (proven <= 1.02 * largest + 1e-6).all(), slopes
+
+
 @pytest.mark.parametrize(
     "damage",
     [

@@ -6,17 +6,18 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import sympy as sp
-from flint import arb
+from flint import arb, arb_poly, arb_series
 
 from conformance.theory.experiments import values_of, with_values
 from conformance.theory.lesson import LESSON
-from conformance.truth.certificate import content, straight_line
-from conformance.truth.certify import parse, written
-from conformance.truth.deviation import polynomial, rational, rows, series
-from conformance.truth.exact import exact
-from conformance.truth.experiment import loop_of, problem, truth
-from conformance.truth.sensitivity import TUBE
+from conformance.trials.campaign import draw
+from conformance.truth import sensitivity, tails
+from conformance.truth.certificate import steps, straight_line
+from conformance.truth.certify import at, run, series
+from conformance.truth.exact import CONTRACT, exact
+from conformance.truth.experiment import family, loop_of, problem, truth
 from conformance.truth.taylor import compile_program
+from conformance.truth.truth import enclose
 
 EXACT = exact(LESSON)
 COLUMNS = EXACT.sensitivity.columns.tolist()
@@ -55,7 +56,7 @@ def _gradients(t: np.ndarray, off: float = 0.0) -> np.ndarray:
 
 def test_gains_hold_for_all_states_within_the_contract() -> None:
     t = np.linspace(0, 20, 20001)
-    for off in (TUBE, -TUBE):
+    for off in (CONTRACT, -CONTRACT):
         slopes = np.abs(_gradients(t, off)).reshape(7, 3, -1).max(axis=2)
         assert (EXACT.gains.field >= slopes[:3]).all() and (slopes[5] <= EXACT.gains.V).all()
 
@@ -67,15 +68,34 @@ def test_lyapunov_identity_holds_in_balls_along_the_whole_solution(k2: str, hold
     z1, z2 = loop.z
     defect = loop.V_dot + 2 * z1**2 + sp.Rational(Fraction(k2)) * z2**2
     program, outputs = straight_line(compile_program(loop.time, loop.states, [defect], loop.definitions))
-    steps = parse(written(content(problem(LESSON), truth(LESSON)))).claim.steps
     zeros = []
     with series(128, ORDER + 1):
-        for step in steps:
-            h = rational(step.width)
-            x = [polynomial(p, arb(0), h, r) for p, r in zip(step.polynomial, step.radius, strict=True)]
-            t = polynomial([rational(step.start), arb(1)], arb(0), h)
-            ((value, _),) = rows(program, outputs, t, x)
-            at, over = (list(one.coeffs()) for one in value)
-            assert all(c.rad() < 1e-12 for c in at[:2])
-            zeros.append(all(c.contains(0) for c in (*at[:ORDER], *over[ORDER:])))
+        for step in steps(truth(LESSON)):
+            half = arb(step.width) / 2
+            x = [[p + arb(0, r)] for p, r in zip(step.polynomial, step.radius, strict=True)]
+            near, over = (
+                run(program, outputs, arb_series(s + arb(step.start)), at(x, s))[0][0]
+                for s in (arb_poly([half + arb(0, radius), 1]) for radius in (0, half.abs_upper()))
+            )
+            assert all(near[k].rad() < 1e-12 for k in range(2))
+            zeros.append(all(c.contains(0) for c in (*(near[k] for k in range(ORDER)), over[ORDER])))
     assert all(zeros) if holds else not any(zeros[:10])
+
+
+def test_scenario_of_whose_sensitivities_the_norm_of_a_frame_says_too_little_is_proven() -> None:
+    found = exact(draw(7, 13)).sensitivity
+    assert (found.radius <= 1e-9 * (1 + np.abs(found.polynomial[:, 0]).max(axis=0))).all()
+
+
+def test_half_the_tail_of_the_variational_equation_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The radius holds the error of polynomials of a low order, and does not if tails are left out."""
+    of, enclosed = family(SHORT), enclose(problem(SHORT))
+    monkeypatch.setattr(sensitivity, "ORDER", 6)
+    monkeypatch.setattr(sensitivity, "SHARP", 1e-3)
+    rough, _ = sensitivity.sensitivity(of.loop, of.numbers(SHORT), enclosed, np.full(3, CONTRACT))
+    t = np.linspace(0, 1, 1001)
+    off = np.abs(rough(t) - EXACT.sensitivity(t)).max(axis=2)
+    assert (off <= rough.radius + 1e-9).all() and off.max() > 1e-6
+    monkeypatch.setattr(tails.Tails, "radii", lambda self, norms, h: ([0.0] * len(self.program.rates), None))
+    bare, _ = sensitivity.sensitivity(of.loop, of.numbers(SHORT), enclosed, np.full(3, CONTRACT))
+    assert not (off <= bare.radius + 1e-9).all()
