@@ -121,7 +121,10 @@ def with_frames(flow: Flow, step: Step, before: Spread) -> Step:
     lengths = np.abs(axes.T @ sides).sum(axis=1)
     start = axes * np.maximum(lengths, (lengths.max() or 1) * FLATTEST) * scale
     phi = Y @ start
-    psi = [np.linalg.inv(start)]
+    try:
+        psi = [np.linalg.inv(start)]
+    except np.linalg.LinAlgError:
+        raise NotProven("no frame was found") from None
     for k in range(1, ORDER):
         psi.append(-sum(psi[k - i] @ phi[i] for i in range(1, k + 1)) @ psi[0])
     return step._replace(frame=_exactly(phi), inverse=_exactly(np.array(psi)))
