@@ -33,7 +33,7 @@ def written_problem(e: Experiment) -> InitialValueProblem:
 
 
 def test_some_experiments_state_facts() -> None:
-    assert {"Chapter17_Lesson1", "no_excitation"} <= set(WITH_FACTS)
+    assert {"Chapter17_Lesson1", "no_excitation", "khalil", "duffing", "wing_rock"} <= set(WITH_FACTS)
 
 
 @pytest.mark.parametrize("name", WITH_FACTS)
