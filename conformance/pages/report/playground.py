@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The playground: its programs, written like those of the languages, its sliders, mistakes, starts and questions."""
 
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -106,9 +107,9 @@ class Question:
     figures: Mapping[str, float] = field(default_factory=dict)  # of the run, which the words name
     exercise: str = ""  # that goes further
 
-    def told(self, words: str) -> str:
-        """The words with the figures."""
-        return words.format(**{name: f"{value:g}" for name, value in self.figures.items()})
+    def told(self, words: str) -> list[str]:
+        """The words with the figures, and every second part LaTeX."""
+        return re.sub(r"«(\w+)»", lambda name: f"{self.figures[name[1]]:g}", words).split("$")
 
 
 def read_questions() -> list[Question]:

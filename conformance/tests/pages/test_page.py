@@ -380,7 +380,8 @@ def test_questions_name_what_there_is(lessons: Playground) -> None:
     for question in lessons.questions:
         assert question.start in lessons.starts
         assert question.mistake in ("", *lessons.titles) and question.exercise in ("", *VARIANTS)
-        assert all(f"{{{name}}}" in question.look + question.answer for name in question.figures)
+        assert all(f"«{name}»" in question.look + question.answer for name in question.figures)
+        assert all(len(question.told(words)) % 2 for words in (question.question, question.look, question.answer))
     errors_of_16 = {v.name for v in VARIANTS.values() if v.section == "(16)"}
     assert errors_of_16 <= {name for q in lessons.questions for name in (q.mistake, q.exercise)}
 
