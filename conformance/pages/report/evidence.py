@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The evidence in tables: every check of every program, each program against each other, each mistake refused."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import log10
@@ -19,9 +20,20 @@ class Cell:
     status: str  # pass, fail or none
     figure: str
     words: str
-    weight: float = 0.0  # how near the figure is to its bound, on a logarithmic scale from 0 to 1
+    weight: float = 0.0  # how far the figure is on the way to its bound, on a logarithmic scale from 0 to 1
 
 
+@dataclass(frozen=True)
+class Error:
+    """The error of a state on the logarithmic axis of DECADES: where it and its tolerance stand, from 0 to 1."""
+
+    state: str
+    place: float
+    bound: float
+    words: str
+
+
+DECADES = (-12, -5)  # of the axis of errors
 NOTHING = Cell("none", "", "not measured")
 
 
@@ -30,9 +42,33 @@ def claims(verdicts: Sequence[Verdict]) -> list[tuple[str, str, list[Cell]]]:
     order = {result.claim: result.section for verdict in verdicts for result in verdict.results}
     measured = [{result.claim: cell(result) for result in verdict.results} for verdict in verdicts]
     return [
-        (claim.replace("-", " "), section, [results.get(claim, NOTHING) for results in measured])
+        (said(claim), section, [results.get(claim, NOTHING) for results in measured])
         for claim, section in order.items()
     ]
+
+
+def said(claim: str) -> str:
+    """A claim as a sentence."""
+    return claim.replace("-", " ").replace("lyapunov", "Lyapunov")
+
+
+def errors(verdict: Verdict) -> list[Error]:
+    """The largest error of each state, and its tolerance."""
+
+    def place(value: float) -> float:
+        low, high = DECADES
+        return min(1.0, max(0.0, (log10(value) - low) / (high - low))) if value > 0 else 0.0
+
+    return [
+        Error(state, place(r.figure), place(r.bound), f"{state}: {r.figure:.1e}, tolerance {r.bound:.1e}")
+        for state, r in verdict.errors.items()
+    ]
+
+
+def in_words(headline: str, languages: Mapping[str, str]) -> str:
+    """A headline with the languages in the place of the ports' names."""
+    names = "|".join(sorted(map(re.escape, languages), key=len, reverse=True))
+    return re.sub(rf"\b({names})\b", lambda name: languages[name[1]], headline) if names else headline
 
 
 def cell(result: Result) -> Cell:
@@ -48,11 +84,14 @@ def cell(result: Result) -> Cell:
     )
 
 
-def against(ports: Iterable[str], pairs: Mapping[tuple[str, str], Result]) -> list[tuple[str, str, list[Cell]]]:
-    """(port, "", one cell per port): how far each two are apart, over all states and times."""
+def against(languages: Mapping[str, str], pairs: Mapping[tuple[str, str], Result]) -> list[tuple[str, str, list[Cell]]]:
+    """(language, "", one cell per port): how far each two ports are apart, over all states and times."""
     cells = {frozenset(names): cell(result) for names, result in pairs.items()}
     itself = Cell("self", "", "itself")
-    return [(a, "", [itself if a == b else cells.get(frozenset((a, b)), NOTHING) for b in ports]) for a in ports]
+    return [
+        (language, "", [itself if a == b else cells.get(frozenset((a, b)), NOTHING) for b in languages])
+        for a, language in languages.items()
+    ]
 
 
 def outcomes(variants: Iterable[Variant], ports: Iterable[str]) -> list[tuple[str, str, list[Cell]]]:

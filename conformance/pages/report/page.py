@@ -27,7 +27,7 @@ from conformance.pages.report.curves import (
     pictures,
 )
 from conformance.pages.report.derivation import steps
-from conformance.pages.report.evidence import against, claims, outcomes
+from conformance.pages.report.evidence import DECADES, Error, against, claims, errors, in_words, outcomes
 from conformance.pages.report.exercises import EXERCISE_PANELS, in_order, shown
 from conformance.pages.report.listing import highlighting
 from conformance.pages.report.opening import at_rest, opening
@@ -63,7 +63,7 @@ class Program:
     engine: str
     licence: str
     run: str
-    error: str
+    errors: list[Error]
     code: Mapping[str, Markup]
     diagram: str
     file: str
@@ -92,7 +92,7 @@ def page(ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment
     html = environment.get_template("page.html").render(
         raw=raw(environment),
         programs=programs,
-        **facts(list(verdicts.values()), list(ports), judgement),
+        **facts(list(verdicts.values()), {name: port.language for name, port in ports.items()}, judgement),
         **derivation_shown(derived, notation, shown_parts),
         title=experiment.title,
         opening=opening(experiment),
@@ -129,15 +129,16 @@ def environment_of(symbols: Sequence[Symbol], notation: Notation) -> tuple[Envir
     return environment, typesetter
 
 
-def facts(verdicts: list[Verdict], ports: list[str], judgement: Judgement) -> dict[str, Any]:
+def facts(verdicts: list[Verdict], languages: Mapping[str, str], judgement: Judgement) -> dict[str, Any]:
     """What the verdict and its evidence say."""
     return {
-        "headline": headline(verdicts),
+        "headline": in_words(headline(verdicts), languages),
         "conforms": all(verdict.conforms for verdict in verdicts),
         "made": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         "commit": commit(),
         "claims": claims(verdicts),
-        "pairs": against(ports, judgement.pairs),
+        "pairs": against(languages, judgement.pairs),
+        "decades": range(DECADES[0], DECADES[1] + 1),
     }
 
 
@@ -231,7 +232,6 @@ def commit() -> str:
 def program(port: Port, verdict: Verdict, colour: int, shown_parts: Sequence[Part]) -> Program:
     """What the page says of one port."""
     run = port.run()
-    state, worst = max(verdict.errors.items(), key=lambda item: item[1].figure / item[1].bound, default=("", None))
     return Program(
         name=port.name,
         language=port.language,
@@ -242,7 +242,7 @@ def program(port: Port, verdict: Verdict, colour: int, shown_parts: Sequence[Par
         engine=engine_and_version(run) if run else "",
         licence=licence(port, run),
         run=f"{run['start'][:19].replace('T', ' ')} UTC, {run['seconds']:.2f}\N{NO-BREAK SPACE}s" if run else "",
-        error=f"{worst.figure:.1e} in {state}, of {worst.bound:.1e}" if worst else "",
+        errors=errors(verdict),
         code={part.key: part.whole[port.name] for part in shown_parts if port.name in part.whole},
         diagram=diagram(port),
         file=port.source,

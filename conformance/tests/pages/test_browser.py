@@ -19,7 +19,7 @@ from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 
 from conformance.judging.verdict import judge_all, judge_file
 from conformance.pages.report import chromium
-from conformance.pages.report.page import write_page
+from conformance.pages.report.page import ORDER, write_page
 from conformance.pages.report.playground import playground, read_questions
 from conformance.programs.ports import SIX, read_ports
 from conformance.programs.sources import source
@@ -164,7 +164,7 @@ def test_inaccessible_page_would_be_refused(browser: Browser) -> None:
 
 
 def test_figure_of_a_check_shows_at_the_pointer_and_at_the_focus(page: Page) -> None:
-    cells, inspector = page.locator("#verdict .cell"), page.locator("#verdict .inspector")
+    cells, inspector = page.locator("#verdict .cell"), page.locator("#verdict .inspector").first
     cells.nth(1).hover()
     assert inspector.inner_text() == cells.nth(1).get_attribute("data-words")
     cells.nth(0).focus()
@@ -332,6 +332,52 @@ def test_symbol_lights_up_everywhere_with_its_meaning(page: Page) -> None:
     page.keyboard.press("Escape")
 
 
+def test_search_goes_to_a_statement_and_keys_choose_languages(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, (1440, 900, "light"))
+    page = other.page
+    page.keyboard.press("/")
+    page.keyboard.type("nothing of the kind")
+    assert page.locator("#search output").inner_text() == "Nothing of that name."
+    page.locator("#search input").fill("tuning tau2")
+    assert page.locator("#search li").count() == 1
+    page.keyboard.press("Enter")
+    assert page.url.endswith("#row-tau2") and 0 < top(page, "#row-tau2") < 200
+    assert not page.locator("#search").is_visible()
+    for digit in ("1", "2"):
+        page.keyboard.press(digit)
+    shown = page.locator("#code [data-code][aria-pressed=true]")
+    assert shown.evaluate_all("(buttons) => buttons.map((b) => b.dataset.code)") == [n for n in ORDER if n in PORTS][:2]
+    page.keyboard.press("0")
+    assert shown.count() == len(PORTS)
+    page.evaluate("document.querySelector('#step-1').scrollIntoView()")
+    page.keyboard.press("n")
+    assert 0 < top(page, "#step-2") < 200
+    page.keyboard.press("p")
+    assert 0 < top(page, "#step-1") < 200
+    page.keyboard.press("2")
+    second = page.locator("[data-choose-lead]").nth(1).inner_text()
+    assert page.locator("[data-choose-lead][aria-pressed=true]").inner_text() == second
+    assert other.complaints == []
+    page.context.close()
+
+
+def test_tab_stops_are_few_and_targets_large_enough(page: Page) -> None:
+    stops = page.evaluate(
+        """() => [...document.querySelectorAll("nav, header, #derivation, #code, #verdict")].map((part) =>
+          [...part.querySelectorAll("a, button, input, summary, [tabindex]")]
+            .filter((e) => e.tabIndex >= 0 && e.checkVisibility())).map((found) => found.length)"""
+    )
+    assert sum(stops) < 90, stops
+    small = page.evaluate(
+        """() => [...document.querySelectorAll("a, button, input, summary")]
+          .filter((e) => e.checkVisibility() && !e.closest("p, td, label, figcaption, footer, .skip")).filter((e) => {
+            const { width, height } = e.getBoundingClientRect();
+            return Math.min(width, height) < 23.5;
+          }).map((e) => e.outerHTML.slice(0, 80))"""
+    )
+    assert small == []
+
+
 @pytest.mark.parametrize("motion", ["reduce", "no-preference"])
 def test_links_land_on_their_target(browser: Browser, report: Path, motion: Literal["reduce", "no-preference"]) -> None:
     other = open_page(browser, report, motion=motion)
@@ -356,7 +402,7 @@ def test_page_without_script_shows_derivation_and_code(browser: Browser, report:
     page.goto(report.as_uri())
     assert page.locator("#step-2 [data-row=u] .lead:visible").count() == 1
     assert page.locator("#row-tau2 .cell-code:visible").count() == len(PORTS)
-    assert page.locator("header svg.picture path.exact").count() == 3
+    assert page.locator("header .opening svg").count() == 3
     context.close()
 
 

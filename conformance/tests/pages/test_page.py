@@ -15,9 +15,9 @@ from sympy.parsing.sympy_parser import parse_expr
 
 from conformance.judging.checks import Result
 from conformance.judging.trajectory import load
-from conformance.judging.verdict import judge_file
+from conformance.judging.verdict import Verdict, judge_file
 from conformance.pages.report.curves import GRID, curves, leaders, signals
-from conformance.pages.report.evidence import cell, outcome
+from conformance.pages.report.evidence import DECADES, cell, errors, in_words, outcome
 from conformance.pages.report.exercises import marked, solved
 from conformance.pages.report.listing import highlighted, highlighting
 from conformance.pages.report.page import HERE, ORDER, derivation_shown, raw
@@ -108,6 +108,23 @@ def test_rows_too_far_apart_leave_a_gap() -> None:
     drawn = curves(exact(LESSON), replace(trajectory, t=t, states=states, reference=r, tracking_error=error))
     known = np.isfinite(drawn["x1"])
     assert 0.1 < known.mean() < 0.9 and (np.isfinite(drawn["V"]) == known).all()
+
+
+def test_error_stands_at_its_decade_with_its_tolerance() -> None:
+    result = Result("x1-equals-the-exact-solution", "(10)", 1e-9, 1e-7, "x1 at t = 1", "tolerance")
+    (error,) = errors(Verdict("cpp", "pass", results=(result,)))
+    low, high = DECADES
+    assert (error.place, error.bound) == pytest.approx(((-9 - low) / (high - low), (-7 - low) / (high - low)))
+    assert error.words == "x1: 1.0e-09, tolerance 1.0e-07"
+    nothing = replace(result, figure=0.0, bound=1.0)
+    assert [(e.place, e.bound) for e in errors(Verdict("cpp", "pass", results=(nothing,)))] == [(0, 1)]
+
+
+def test_headline_has_the_languages() -> None:
+    languages = {"cpp": "C++", "matlab": "MATLAB"}
+    assert in_words("1 of 2 conform; matlab, cpp on an open engine", languages).endswith(
+        "MATLAB, C++ on an open engine"
+    )
 
 
 def test_thinned_errors_keep_the_largest() -> None:
