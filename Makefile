@@ -31,7 +31,7 @@ GALLERY := $(patsubst plants/%.toml,gallery/%,$(sort $(wildcard plants/*.toml)))
 include $(sort $(wildcard */port.mk))
 
 TARGETS := all bench check check-gallery clean distclean environment help mutants ports readme report system write
-KEPT := badges build campaign every guests truth unnamed variants
+KEPT := badges build campaign every guests mistakes random truth unnamed variants
 ifneq ($(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)),)
 $(error a port cannot be called $(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)): make and the harness use that name)
 endif

@@ -25,10 +25,13 @@ from conformance.judging.trajectory import load
 from conformance.judging.verdict import judge_all, judge_file
 from conformance.programs.ports import ROOT, read_ports, the_six
 from conformance.programs.run import choose_engine, compile_command
+from conformance.programs.step import step_of
 from conformance.programs.table import layout
+from conformance.programs.writer import write
 from conformance.tests.truth import plants
 from conformance.theory.experiment_file import read_experiment
-from conformance.theory.experiments import starts_of, with_values
+from conformance.theory.experiments import Experiment, starts_of, with_values
+from conformance.theory.expressions import operations
 from conformance.theory.faults import FileFault
 from conformance.theory.identity import prove
 from conformance.theory.lesson import LESSON
@@ -312,14 +315,36 @@ def bench_plants(limit: float = 60.0) -> None:
 
 
 def bench_design() -> None:
-    """From an experiment file to proven statements, for every plant of the gallery."""
-    rows: list[tuple[str, ...]] = [("plant", "read s", "statements", "derived s", "proven s")]
+    """From an experiment file to six programs, each proven as it is written, for every plant of the gallery; CPU time."""
+    head = ("plant", "read s", "statements", "derived s", "proven s", "step s", "six written s", "operations of a step")
+    rows: list[tuple[str, ...]] = [head]
     for path in sorted((ROOT / "plants").glob("*.toml")):
-        experiment, reading = timed(partial(read_experiment, path))
-        statements, deriving = timed(partial(statements_of, experiment))
-        _, proving = timed(partial(prove, experiment, statements))
-        rows.append((path.stem, f"{reading:.2f}", str(len(statements)), f"{deriving:.3f}", f"{proving:.2f}"))
+        experiment, reading = worked(partial(read_experiment, path))
+        statements, deriving = worked(partial(statements_of, experiment))
+        _, proving = worked(partial(prove, experiment, statements))
+        _, stepping = worked(partial(step_of, experiment))
+        _, writing = worked(partial(written, experiment))
+        count = 4 * sum(operations(s.expression) for s in statements)
+        times = (f"{reading:.2f}", str(len(statements)), f"{deriving:.3f}", f"{proving:.2f}", f"{stepping:.2f}")
+        rows.append((path.stem, *times, f"{writing:.2f}", str(count)))
     print(layout(rows))
+
+
+def worked(action: Callable[[], T]) -> tuple[T, float]:
+    """The result of an action and its CPU time in s."""
+    started = time.process_time()
+    return action(), time.process_time() - started
+
+
+def written(experiment: Experiment) -> list[str]:
+    """The programs of an experiment, of every port that has a template."""
+    return [write(experiment, port) for port in read_ports().values() if port.template]
+
+
+def bench_gallery() -> None:
+    """make check-gallery, once it is up to date."""
+    again = seconds(["make", "-j2", "check-gallery"], ROOT)
+    print(f"up-to-date make check-gallery: {again:.1f} s (aim: 20 s)")
 
 
 def bench_campaign(count: int = 16) -> None:
@@ -390,4 +415,5 @@ if __name__ == "__main__":
     bench_page()
     bench_fuzz()
     bench_design()
+    bench_gallery()
     bench_plants()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Mistakes of (16), and others, in the written programs of a plant with three states: each is refused by its check.
 
-Here in C++; GALLERY=all makes them in every language, as make check-gallery does.
+Here in C++; GALLERY=all makes them in every language.
 """
 
 import os
