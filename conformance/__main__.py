@@ -101,7 +101,13 @@ def parser() -> Parser:
     )
     table.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
     report = commands.add_parser("report", help="write the page on what the programs left, one self-contained file")
-    report.add_argument("--to", type=Path, metavar="FILE.html", help="where (default: build/report/index.html)")
+    report.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
+    report.add_argument(
+        "--to",
+        type=Path,
+        metavar="FILE.html",
+        help="where (default: report/index.html in build/ or build/<name>/)",
+    )
     commands.add_parser("readme", help="bring the README's table and picture up to date")
     check = commands.add_parser("check", help="judge what the programs left")
     check.add_argument(
@@ -379,13 +385,16 @@ def validate(arguments: argparse.Namespace) -> int:
 def report(arguments: argparse.Namespace) -> int:
     """The page."""
     from conformance.judging.verdict import judge_all
-    from conformance.pages.report.page import PAGE, page
+    from conformance.pages.report.page import page, page_of
     from conformance.programs.ports import selected_ports
+    from conformance.theory.experiment_file import read_experiment
     from conformance.theory.lesson import LESSON
 
-    path, ports = arguments.to or PAGE, selected_ports()
+    experiment = read_experiment(arguments.plant) if arguments.plant else LESSON
+    ports = selected_ports(plant=experiment.name if arguments.plant else "")
+    path = arguments.to or page_of(experiment)
     check_output(path)
-    whole = page(ports, judge_all(ports, LESSON))
+    whole = page(ports, judge_all(ports, experiment), experiment)
     write_output(path, whole)
     if str(path) != "-":
         print(f"the page is {plain(path, MESSAGE)}, {len(whole.encode()) / 1e6:.1f} MB")

@@ -123,15 +123,14 @@ class Tagged(NamedTuple):
 def tagged(port: Port) -> list[Tagged]:
     """The tagged statements of a program, in order; one of several lines keeps them."""
     leader, end = (re.escape(part.strip()) for part in port.comment)
-    pattern = re.compile(rf"(?P<text>.*[^ %'].*?) *{leader} *(?P<tag>\(\d+\)) (?P<wording>.*?) *{end}(?P<quote>'?)")
-    lines, found = code(port).splitlines(), []
+    pattern = re.compile(rf"(?P<text>.*[^ %].*?) *{leader} *(?P<tag>\(\d+\)) (?P<wording>.*?) *{end}")
+    lines, found = list(map(_unquoted, code(port).splitlines())), []
     for i, line in enumerate(lines):
         if match := pattern.fullmatch(line):
             start = i
-            while re.match(r" *'? *[-+*/] ", lines[start]):
+            while re.match(r" *[-+*/] ", lines[start]):
                 start -= 1
-            whole = [*lines[start:i], match["text"] + match["quote"]]
-            text = dedent("\n".join(_unquoted(part) for part in whole)).rstrip()
+            text = dedent("\n".join([*lines[start:i], match["text"]])).rstrip()
             found.append(Tagged(match["tag"], snake(match["wording"]), text))
     return found
 
@@ -139,7 +138,7 @@ def tagged(port: Port) -> list[Tagged]:
 def _unquoted(line: str) -> str:
     """A line without the quotes that make it a text, as in the block of a Simulink model."""
     quoted = re.fullmatch(r"( *)'(.*)'", line)
-    return quoted[1] + quoted[2] if quoted else line
+    return quoted[1] + quoted[2].replace("''", "'") if quoted else line
 
 
 FRAMED = ("Reference", "Controller", "Closed loop")  # the mathematical core

@@ -2,6 +2,8 @@
 """The curves of the page, thinned to one grid for all programs."""
 
 import base64
+import re
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -12,11 +14,14 @@ from markupsafe import Markup
 from conformance.judging.measured import interpolate
 from conformance.judging.trajectory import COARSEST, Array, Trajectory
 from conformance.pages.report.picture import Line, picture
+from conformance.theory.derivation import GREEK, letter
+from conformance.theory.experiments import Experiment
 from conformance.truth.exact import CONTRACT, Exact
 
 GRID = np.concatenate([np.linspace(0, 0.2, 400, endpoint=False), np.linspace(0.2, 1, 601)])  # shares of the horizon
 
 
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 SAME = 0.005  # share of the largest value, by which curves that are drawn as one may differ
 
 
@@ -31,31 +36,58 @@ class Panel:
     logarithmic: bool = False
 
 
-X1 = Panel("x1", r"x_1 \text{ and } r", "x₁, r", beside="reference")
-Z1 = Panel("z1", r"z_1 = x_1 - r", "z₁")
-ESTIMATE = Panel("theta_hat", r"\hat\theta \text{ and } \theta", "θ̂, θ (1/s)", beside="theta")
-LYAPUNOV = Panel(
-    "V", r"V = \tfrac{1}{2} (z_1^2 + z_2^2 + \tfrac{1}{\gamma} (\hat\theta - \theta)^2)", "V", logarithmic=True
-)
-PANELS = (
-    X1,
-    Panel("x2", r"x_2", "x₂ (1/s)"),
-    Z1,
-    Panel("z2", r"z_2 = x_2 - \alpha_1", "z₂ (1/s)"),
-    ESTIMATE,
-    Panel("u", r"u", "u (1/s²)"),
-    LYAPUNOV,
-    Panel("V_dot", r"\dot V = -k_1 z_1^2 - k_2 z_2^2", "V̇ (1/s)"),
-)
-ERROR_PANELS = (
-    Panel("error_x1", r"|x_1 - x_1^{\text{exact}}|", "error of x₁", "tolerance", True),
-    Panel("error_x2", r"|x_2 - x_2^{\text{exact}}|", "error of x₂ (1/s)", "tolerance", True),
-    Panel("error_theta_hat", r"|\hat\theta - \hat\theta^{\text{exact}}|", "error of θ̂ (1/s)", "tolerance", True),
-)
+def panels(e: Experiment) -> tuple[Panel, ...]:
+    """The charts of an experiment: states, error coordinates, estimates, u, V and V'."""
+    states = [(name, letter(name), said(name, unit_of(e, name)), "") for name in e.states]
+    output, r = e.states[0], (rf"{letter(e.states[0])} \text{{ and }} r", f"{said(e.states[0])}, r", "reference")
+    states[0] = (output, *r)
+    before = [letter("r"), *(letter(f"alpha{i}") for i in range(1, len(e.states)))]
+    errors = [
+        (f"z{i}", f"z_{i} = {letter(x)} - {a}", said(f"z{i}"), "")
+        for i, (x, a) in enumerate(zip(e.states, before, strict=True), 1)
+    ]
+    estimates = [
+        (q.estimate, rf"{letter(q.estimate)} \text{{ and }} {letter(q.name)}",
+         said(f"{q.estimate}, {q.name}", unit_of(e, q.name)), q.name)
+        for q in e.unknown
+    ]  # fmt: skip
+    signals = [*states, *errors, *estimates, ("u", "u", "u", "")]
+    losses = " - ".join(f"k_{i} z_{i}^2" for i in range(1, len(e.states) + 1))
+    return (
+        *(Panel(*signal) for signal in signals),
+        Panel("V", "V", "V", logarithmic=True),
+        Panel("V_dot", rf"\dot V = -{losses}", "V\u0307"),
+    )
+
+
+def error_panels(e: Experiment) -> tuple[Panel, ...]:
+    """The charts of the errors against the exact solution."""
+    return tuple(
+        Panel(f"error_{name}", rf"\left|{letter(name)} - {letter(name)}^{{\text{{exact}}}}\right|",
+              f"error of {said(name)}", "tolerance", True)
+        for name in (*e.states, *e.estimates)
+    )  # fmt: skip
+
+
+def unit_of(e: Experiment, name: str) -> str:
+    """The unit of a symbol, "" where the file says none."""
+    return next((symbol.unit for symbol in e.symbols if symbol.name == name), "")
+
+
+def said(names: str, unit: str = "") -> str:
+    """Names as an axis tells them, in plain letters: theta1_hat is a theta with a hat and an index."""
+    text = re.sub(r"[A-Za-z]\w*", lambda name: _plain_letters(name[0]), names)
+    return f"{text} ({unit})" if unit else text
+
+
+def _plain_letters(name: str) -> str:
+    stem, digits, hat = re.fullmatch(r"(.*?)(\d*)(_hat)?", name).groups()  # type: ignore[union-attr]
+    greek = unicodedata.lookup(f"GREEK SMALL LETTER {stem.upper()}") if stem in GREEK and stem.islower() else stem
+    return greek + ("\N{COMBINING CIRCUMFLEX ACCENT}" if hat else "") + digits.translate(SUBSCRIPTS)
 
 
 def signals(exact: Exact, t: Array, states: Array) -> dict[str, Array]:
-    """Every signal of PANELS by name, from times, shape (rows,), and states and estimates, shape (m, rows)."""
+    """Every signal of the panels by name, from times, shape (rows,), and states and estimates, shape (m, rows)."""
     errors = {f"z{i}": z for i, z in enumerate(exact.errors(t, states), 1)}
     return {
         **dict(zip(exact.setting.names, states, strict=True)),
@@ -94,7 +126,11 @@ def exact_curves(exact: Exact) -> dict[str, Array]:
 
 
 def pictures(
-    solution: Exact, drawn: Mapping[str, Mapping[str, Array]], bounds: Mapping[str, Mapping[str, float]], colours: int
+    experiment: Experiment,
+    solution: Exact,
+    drawn: Mapping[str, Mapping[str, Array]],
+    bounds: Mapping[str, Mapping[str, float]],
+    colours: int,
 ) -> dict[str, Markup]:
     """The charts of all programs as vectors, by signal; `bounds` are their tolerances, by program and state."""
     t, exact = GRID * solution.setting.horizon, exact_curves(solution)
@@ -102,7 +138,7 @@ def pictures(
     exact |= {name: value * one for name, value in zip(solution.setting.unknown, solution.setting.theta, strict=True)}
     colour = {name: f"var(--colour-{i % colours})" for i, name in enumerate(bounds)}
     found = {}
-    for panel in (*PANELS, *ERROR_PANELS):
+    for panel in (*panels(experiment), *error_panels(experiment)):
         state = panel.signal.removeprefix("error_")
         beside = [Line(exact[panel.beside], "var(--quiet)", 1.25, "4 4")] if panel.beside in exact else []
         if panel.beside == "tolerance":

@@ -16,7 +16,7 @@ from markupsafe import Markup
 
 from conformance.judging.trajectory import Array, Trajectory, TrajectoryError, load
 from conformance.pages.exercises import diff
-from conformance.pages.report.curves import ESTIMATE, GRID, X1, Panel, packed
+from conformance.pages.report.curves import GRID, Panel, packed, panels
 from conformance.pages.report.listing import highlighted_lines
 from conformance.pages.report.picture import Line, picture
 from conformance.programs.ports import ROOT, Port, read_ports
@@ -27,7 +27,7 @@ from conformance.truth.exact import exact
 
 KILL_MATRIX = ROOT / "build" / "kill-matrix.json"
 SHARES = GRID[::2]  # of the time drawn, closer where the transient is
-EXERCISE_PANELS = (X1, ESTIMATE)
+EXERCISE_PANELS = tuple(panel for panel in panels(LESSON) if panel.signal in ("x1", "theta_hat"))
 DRAWN = ("x1", "reference", "theta_hat")
 CLASSES = {"+": "added", "-": "removed"}  # of a line of a diff, by its first character
 

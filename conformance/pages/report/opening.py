@@ -9,25 +9,31 @@ from markupsafe import Markup
 from conformance.pages.report.curves import GRID
 from conformance.pages.report.picture import Line, picture
 from conformance.places import PLANTS
+from conformance.theory.derivation import letter
 from conformance.theory.experiment_file import as_written
 from conformance.theory.experiments import Experiment
+from conformance.theory.lesson import LESSON
 from conformance.truth.exact import exact
 
 AIM, EXACT = "var(--colour-1)", "var(--accent)"  # what is to be met, and the exact solution
 
 
-def opening(experiment: Experiment) -> list[tuple[str, Markup]]:
-    """(caption in LaTeX, picture): the output meets the reference, the estimate finds the parameter, V falls."""
-    solution, t = exact(experiment), GRID * float(experiment.horizon)
+def opening(e: Experiment) -> list[tuple[str, Markup]]:
+    """(caption in LaTeX, picture): the output meets the reference, the estimates move, V falls."""
+    solution, t = exact(e), GRID * float(e.horizon)
     states = solution.evaluate(t)
-    output = [Line(solution.reference(t), AIM), Line(states[0], EXACT)]
-    estimate = [Line(np.full_like(t, float(experiment.unknown[0].true)), AIM), Line(states[2], EXACT)]
-    lyapunov = [Line(solution.lyapunov(t, states), EXACT)]
-    return [
-        (r"x_1 \text{ meets } r", picture(t, output, "x1 comes to lie on the reference r")),
-        (r"\hat\theta \text{ finds } \theta", picture(t, estimate, "the estimate theta_hat comes to theta")),
-        (r"V \text{ falls}", picture(t, lyapunov, "V falls over many decades", logarithmic=True)),
-    ]
+    x = e.states[0]
+    met = picture(t, [Line(solution.reference(t), AIM), Line(states[0], EXACT)], f"{x} and the reference r")
+    falls = picture(t, [Line(solution.lyapunov(t, states), EXACT)], "V falls over many decades", logarithmic=True)
+    shown = [(rf"{letter(x)} \text{{ meets }} r", met), (r"V \text{ falls}", falls)]
+    if e.unknown:
+        lines = [Line(np.full_like(t, float(q.true)), AIM) for q in e.unknown]
+        lines += [Line(values, EXACT) for values in states[len(e.states) :]]
+        names = [", ".join(map(letter, names)) for names in (e.estimates, [q.name for q in e.unknown])]
+        finds = "finds" if e == LESSON else "and"  # whether it does is the experiment's, and no theorem
+        words = f"the estimate of {', '.join(q.name for q in e.unknown)} beside the true value"
+        shown.insert(1, (rf"{names[0]} \text{{ {finds} }} {names[1]}", picture(t, lines, words)))
+    return shown
 
 
 def at_rest(experiment: Experiment) -> dict[str, Any]:

@@ -18,12 +18,12 @@ from conformance.atomic import write_atomically
 from conformance.judging.trajectory import Array
 from conformance.judging.verdict import Judgement, Verdict, headline
 from conformance.pages.report.curves import (
-    ERROR_PANELS,
     GRID,
-    PANELS,
     curves,
+    error_panels,
     exact_curves,
     packed,
+    panels,
     pictures,
 )
 from conformance.pages.report.derivation import steps
@@ -42,7 +42,7 @@ from conformance.theory.derivation import Derivation, derivation
 from conformance.theory.experiments import Experiment
 from conformance.theory.expressions import negative
 from conformance.theory.lesson import LESSON
-from conformance.trials.variant import read_variants
+from conformance.trials.variant import Variant, read_variants
 from conformance.truth.exact import Exact, exact
 
 HERE = Path(__file__).parent
@@ -73,6 +73,11 @@ class Program:
 ORDER = ("python", "cpp", "java", "matlab", "simulink", "mathematica")  # the lesson's
 
 
+def page_of(experiment: Experiment) -> Path:
+    """Where the page of an experiment lies."""
+    return PAGE if experiment == LESSON else ROOT / "build" / experiment.name / "report" / "index.html"
+
+
 def write_page(path: Path, ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment = LESSON) -> None:
     """Write the page on these ports; raises ValueError where what it embeds is not installed."""
     write_atomically(path, page(ports, judgement, experiment))
@@ -80,6 +85,9 @@ def write_page(path: Path, ports: Mapping[str, Port], judgement: Judgement, expe
 
 def page(ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment = LESSON) -> str:
     """The page on these ports, as they were judged, as HTML."""
+    for port in ports.values():
+        if port.plant and not port.source_path.is_file():
+            raise ValueError(f"{port.plant}: found no program for {port.name}, expected that of make all PLANT=FILE")
     derived = derivation(experiment)
     notation = Notation(derived)
     ports = dict(sorted(ports.items(), key=lambda item: ORDER.index(item[0]) if item[0] in ORDER else len(ORDER)))
@@ -87,7 +95,8 @@ def page(ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment
     shown_parts = parts(experiment, notation, ports.values())
     programs = [program(port, verdicts[name], i % COLOURS, shown_parts) for i, (name, port) in enumerate(ports.items())]
     solution = exact(experiment)
-    play = playground(solution, read_variants().values())
+    lesson = experiment == LESSON
+    play = playground(solution, read_variants().values(), None if lesson else experiment)
     environment, typesetter = environment_of(symbols_of(experiment, notation), notation)
     html = environment.get_template("page.html").render(
         raw=raw(environment),
@@ -96,10 +105,12 @@ def page(ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment
         **derivation_shown(derived, notation, shown_parts),
         title=experiment.title,
         opening=opening(experiment),
-        rest=at_rest(experiment),
+        rest=at_rest(experiment) if lesson else None,
+        lesson=lesson,
+        source=experiment.source,
         parts=shown_parts,
-        **trajectories(list(verdicts.values()), solution),
-        **exercises(ports),
+        **trajectories(list(verdicts.values()), experiment, solution),
+        **exercises(ports if lesson else {}, read_variants() if lesson else {}),
         playground=play,
         playground_data=Markup(embedded(play.data)),
         faces=type_css(),
@@ -116,12 +127,12 @@ def environment_of(symbols: Sequence[Symbol], notation: Notation) -> tuple[Envir
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     typesetter = Typesetter()
-    names = re.compile(rf"\b({'|'.join(sorted((s.name for s in symbols), key=len, reverse=True))}|Gamma)\b((?:&#39;)*)")
+    known = "|".join(sorted((s.name for s in symbols), key=len, reverse=True))
+    names = re.compile(rf"\b({known}|Gamma|tau\d)\b((?:&#39;)*)")
 
     def set_name(found: re.Match[str]) -> Markup:
-        return typesetter(
-            r"\Gamma" if found[1] == "Gamma" else notation.name(found[1]) + found[2].replace("&#39;", "'"), "inline"
-        )
+        symbol = r"\Gamma" if found[1] == "Gamma" else notation.name(found[1])
+        return typesetter(symbol + found[2].replace("&#39;", "'"), "inline")
 
     environment.filters["math"] = typesetter
     environment.filters["words"] = lambda text: Markup(names.sub(set_name, str(Markup.escape(text))))
@@ -171,24 +182,24 @@ def derivation_shown(derived: Derivation, notation: Notation, shown_parts: Seque
     }
 
 
-def trajectories(verdicts: list[Verdict], solution: Exact) -> dict[str, Any]:
+def trajectories(verdicts: list[Verdict], experiment: Experiment, solution: Exact) -> dict[str, Any]:
     """What the curves are drawn from."""
     drawn = {v.name: curves(solution, v.trajectory) for v in verdicts if v.trajectory}
     bounds = {v.name: {state: result.bound for state, result in v.errors.items()} for v in verdicts}
     return {
-        "panels": PANELS,
-        "error_panels": ERROR_PANELS,
+        "panels": panels(experiment),
+        "error_panels": error_panels(experiment),
         "points": GRID.size,
         "drawn": list(drawn),
-        "pictures": pictures(solution, drawn, bounds, COLOURS),
+        "pictures": pictures(experiment, solution, drawn, bounds, COLOURS),
         "horizon": f"{solution.setting.horizon:g}",
         "data": Markup(embedded(data(solution, drawn, bounds))),
     }
 
 
-def exercises(ports: Mapping[str, Port]) -> dict[str, Any]:
+def exercises(ports: Mapping[str, Port], variants_by_name: Mapping[str, Variant]) -> dict[str, Any]:
     """The exercises and mistakes, and which checks refuse them."""
-    variants = in_order(read_variants().values())
+    variants = in_order(variants_by_name.values())
     shown_ones = [shown(variant, ports.values()) for variant in variants]
     return {
         "exercises": shown_ones,
@@ -275,7 +286,7 @@ def data(
     setting = solution.setting
     return {
         "horizon": setting.horizon,
-        "theta": float(setting.theta[0]),
+        "parameters": dict(zip(setting.unknown, map(float, setting.theta), strict=True)),
         "grid": packed({"t": GRID * setting.horizon})["t"],
         "exact": packed(exact_curves(solution)),
         "ports": {name: packed(values) for name, values in drawn.items()},

@@ -74,7 +74,7 @@ class Scale:
 
 def span(values: Iterable[Array], logarithmic: bool) -> tuple[float, float]:
     """From below the least to above the largest value, or whole powers of ten."""
-    known = np.concatenate([v[np.isfinite(v) & ((v > 0) | (not logarithmic))] for v in values])
+    known = np.concatenate([np.empty(0), *(v[np.isfinite(v) & ((v > 0) | (not logarithmic))] for v in values)])
     if not known.size:
         return (1e-12, 1.0) if logarithmic else (0.0, 1.0)
     low, high = float(known.min()), float(known.max())

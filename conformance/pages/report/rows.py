@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from conformance.pages.report.listing import highlighted, highlighted_lines, listing
 from conformance.pages.report.symbols import Notation
-from conformance.programs.ports import Port
+from conformance.programs.ports import Port, read_ports
 from conformance.programs.sources import STEPS, Tagged, tagged
 from conformance.programs.writer import Program
 from conformance.theory.experiments import Experiment
@@ -72,7 +72,8 @@ def spellings(experiment: Experiment, port: Port) -> dict[str, str]:
     """
     if not port.template:
         return {}
-    common = Program(experiment, port, statements_of(experiment)).spelling.common
+    language = read_ports(port.root)[port.name] if port.plant else port  # whose folder has the template
+    common = Program(experiment, language, statements_of(experiment)).spelling.common
     return {own: name.removesuffix("_true") for own, name in common.items()}
 
 

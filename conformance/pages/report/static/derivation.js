@@ -20,7 +20,7 @@ chooseLead(address.get("in"));
 
 // a term shows the statement that holds what is against it
 for (const term of all("[data-by]")) {
-  const statement = term.closest(".stage").querySelector(`.statement[data-row="${term.dataset.by}"]`);
+  const statement = term.closest(".derivation-step").querySelector(`.statement[data-row="${term.dataset.by}"]`);
   for (const [event, on] of [["pointerenter", true], ["pointerleave", false]]) {
     term.addEventListener(event, () => statement?.classList.toggle("lit", on));
   }

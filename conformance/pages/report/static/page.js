@@ -26,7 +26,7 @@ const address = {
 
 // what the reader reads stays where it is while the page above it changes its height
 function keepingPlace(change) {
-  const below = all(".row, .stage, .whole, figure, h2").find((place) => place.getBoundingClientRect().bottom > 140);
+  const below = all(".row, .derivation-step, .whole, figure, h2").find((place) => place.getBoundingClientRect().bottom > 140);
   const before = below?.getBoundingClientRect().top;
   const { style } = document.documentElement;
   style.overflowAnchor = "none"; // or some browsers would move the page a second time

@@ -19,7 +19,7 @@ function linesOf({ signal, beside }) {
   const constant = (value) => times.map(() => value);
   const lines = [];
   if (beside === "reference") lines.push({ label: "r", values: unpack(data.exact.reference), ...quiet });
-  if (beside === "theta") lines.push({ label: "θ", values: constant(data.theta), ...quiet });
+  if (beside in data.parameters) lines.push({ label: beside, values: constant(data.parameters[beside]), ...quiet });
   if (beside === "tolerance") {
     const state = signal.replace("error_", "");
     lines.push(...ports.map(({ port, colour }) => ({ ...quiet, label: "tolerance", port, colour,
