@@ -504,7 +504,7 @@ TOO_SMALL = """() => [...document.querySelectorAll("#trajectories, #exercises, #
 
 def test_targets_are_large_enough_for_a_finger(page: Page) -> None:
     assert page.evaluate(TOO_SMALL) == []
-    style = page.add_style_tag(content="#playground .keep { height: 20px; padding: 0 }")
+    style = page.add_style_tag(content="#playground .keep { min-height: 0; height: 20px; padding: 0 }")
     assert len(page.evaluate(TOO_SMALL)) == 1
     style.evaluate("(style) => style.remove()")
 

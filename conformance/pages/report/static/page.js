@@ -6,21 +6,27 @@ const all = (selector, inside = document) => [...inside.querySelectorAll(selecto
 const pressed = (button) => button.getAttribute("aria-pressed") === "true";
 const press = (button, on) => button.setAttribute("aria-pressed", on);
 
-// what the reader has set, kept in the page's address: a link shows the page as it is
+// what the reader has set, kept in the page's address: a link shows the page as it is; what changes faster than
+// browsers allow is written when it has settled
 const address = {
   pending: {},
   timer: 0,
   get: (name) => new URLSearchParams(location.search).get(name),
   set(changes) { // null leaves a name out
     Object.assign(address.pending, changes);
-    clearTimeout(address.timer);
+    if (address.timer) return;
+    address.write();
     address.timer = setTimeout(() => {
-      const found = new URLSearchParams(location.search);
-      for (const [name, value] of Object.entries(address.pending)) value === null ? found.delete(name) : found.set(name, value);
-      address.pending = {};
-      const text = found.toString().replaceAll("%2C", ",");
-      history.replaceState(null, "", `${location.pathname}${text && `?${text}`}${location.hash}`);
+      address.timer = 0;
+      address.write();
     }, 150);
+  },
+  write() {
+    const found = new URLSearchParams(location.search);
+    for (const [name, value] of Object.entries(address.pending)) value === null ? found.delete(name) : found.set(name, value);
+    address.pending = {};
+    const text = found.toString().replaceAll("%2C", ",");
+    history.replaceState(null, "", `${location.pathname}${text && `?${text}`}${location.hash}`);
   },
 };
 
