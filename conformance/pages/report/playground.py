@@ -241,8 +241,8 @@ def drawings(e: Experiment, solution: Exact) -> Iterator[Drawing]:
     output, z = e.states[0], tuple(f"z{i}" for i in range(1, n + 1))
     estimates = ", ".join(map(letter, e.estimates))
     budget = (
-        *((("parameters", of_theta),) if p else ()),
-        ("errors", of_z),
+        *((("of-parameters", of_theta),) if p else ()),
+        ("of-errors", of_z),
         ("lost", rf"\textstyle\int_0^t ({lost})"),
     )
     charts = [
