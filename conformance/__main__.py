@@ -102,6 +102,7 @@ def parser() -> Parser:
     table.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
     report = commands.add_parser("report", help="write the page on what the programs left, one self-contained file")
     report.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
+    report.add_argument("--plants", action="store_true", help="the index of the plants of plants/ instead")
     report.add_argument(
         "--to",
         type=Path,
@@ -383,18 +384,23 @@ def validate(arguments: argparse.Namespace) -> int:
 
 
 def report(arguments: argparse.Namespace) -> int:
-    """The page."""
+    """The page, or the index of plants."""
     from conformance.judging.verdict import judge_all
+    from conformance.pages.report.gallery import GALLERY, gallery
     from conformance.pages.report.page import page, page_of
+    from conformance.places import PLANTS
     from conformance.programs.ports import selected_ports
     from conformance.theory.experiment_file import read_experiment
     from conformance.theory.lesson import LESSON
 
     experiment = read_experiment(arguments.plant) if arguments.plant else LESSON
-    ports = selected_ports(plant=experiment.name if arguments.plant else "")
-    path = arguments.to or page_of(experiment)
+    path = arguments.to or (GALLERY if arguments.plants else page_of(experiment))
     check_output(path)
-    whole = page(ports, judge_all(ports, experiment), experiment)
+    if arguments.plants:
+        whole = gallery(sorted(PLANTS.glob("*.toml")))
+    else:
+        ports = selected_ports(plant=experiment.name if arguments.plant else "")
+        whole = page(ports, judge_all(ports, experiment), experiment)
     write_output(path, whole)
     if str(path) != "-":
         print(f"the page is {plain(path, MESSAGE)}, {len(whole.encode()) / 1e6:.1f} MB")

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: MIT
+"""The index has every plant with its equations, and leads to the pages that are there."""
+
+import json
+import re
+from html import unescape
+from pathlib import Path
+
+import pytest
+
+from conformance.pages.report import gallery as index
+from conformance.pages.report.gallery import gallery, headline
+from conformance.pages.report.page import PAGE
+from conformance.places import PLANTS
+from conformance.theory.experiment_file import read_experiment
+
+FILES = sorted(PLANTS.glob("*.toml"))[:4]
+
+
+def test_index_has_every_plant_with_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(index, "page_of", lambda experiment: PAGE.parents[1] / "nothing" / "report" / "index.html")
+    html = unescape(gallery(FILES))
+    experiments = [read_experiment(path) for path in FILES]
+    assert re.findall("<h2>(.*?)</h2>", html) == [e.title for e in experiments]
+    assert html.count('<div class="equation">') == sum(len(e.states) for e in experiments)
+    assert re.findall(r'(?:src|href)="(?!data:)([^"]*)"', html) == []
+
+
+def test_index_leads_to_a_page_that_is_there(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    page = tmp_path / "build" / "some" / "report" / "index.html"
+    page.parent.mkdir(parents=True)
+    page.touch()
+    (page.parents[1] / "result.json").write_text(json.dumps({"headline": "6 of 6 conform"}))
+    monkeypatch.setattr(index, "PAGE", tmp_path / "build" / "report" / "index.html")
+    monkeypatch.setattr(index, "page_of", lambda experiment: page)
+    html = gallery(FILES[:1])
+    assert re.findall(r'<a href="([^"]*)"', html) == ["../some/report/index.html"]
+    assert "6 of 6 conform." in html
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", "{"])
+def test_result_that_cannot_be_read_says_nothing(text: str, tmp_path: Path) -> None:
+    (tmp_path / "result.json").write_text(text)
+    assert headline(tmp_path / "result.json") == "" == headline(tmp_path / "missing.json")
