@@ -41,7 +41,10 @@ def picture(x: Array, lines: Sequence[Line], words: str, logarithmic: bool = Fal
     vertical = Scale(low, high, HEIGHT - BOTTOM, TOP, logarithmic)
     parts = [*grid(horizontal, vertical), *(drawn(line, x, horizontal, vertical) for line in lines)]
     parts.append(Markup('<text class="name" x="{}" y="{}">{}</text>').format(WIDTH - RIGHT, HEIGHT - 4, across))
-    opening = Markup('<svg class="still" viewBox="0 0 {} {}" role="img" aria-label="{}">').format(WIDTH, HEIGHT, words)
+    opening = Markup(
+        '<svg class="still" preserveAspectRatio="xMinYMid" viewBox="0 0 {} {}" role="img" aria-label="{}">'
+    )
+    opening = opening.format(WIDTH, HEIGHT, words)
     return opening + Markup("").join(parts) + Markup("</svg>")
 
 
