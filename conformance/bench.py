@@ -315,7 +315,7 @@ def bench_plants(limit: float = 60.0) -> None:
 
 
 def bench_design() -> None:
-    """From an experiment file to six programs, each proven as it is written, for every plant of the gallery; CPU time."""
+    """From an experiment file to six programs, each proven as it is written, for every plant in plants/; CPU time."""
     head = ("plant", "read s", "statements", "derived s", "proven s", "step s", "six written s", "operations of a step")
     rows: list[tuple[str, ...]] = [head]
     for path in sorted((ROOT / "plants").glob("*.toml")):

@@ -8,7 +8,7 @@ equivalent_mutants.toml that it computes the same, or is a hole in the checks.
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import unified_diff
 from fractions import Fraction
 from functools import partial
@@ -130,13 +130,35 @@ def fates(made: Sequence[Mutant], folder: Path = ROOT / "build" / "mutants") -> 
     return [_fate(mutant, one, EXPERIMENT) for mutant, one in run(made, folder)]
 
 
+def lively(experiment: Experiment) -> Experiment:
+    """The plant with starts, gains and estimates that differ from each other, from 0 and from 1, over the transient.
+
+    So every term counts: where a gain is 1, to multiply by it and to divide by it are the same.
+    """
+    unknown = [q._replace(start=Fraction(3 + j, 10)) for j, q in enumerate(experiment.unknown)]
+    return replace(
+        experiment,
+        horizon=HORIZON,
+        start=tuple(Fraction((5 + i) * (-1) ** i, 10) for i in range(len(experiment.states))),
+        unknown=tuple(unknown),
+        k=tuple(gain * Fraction(11 + i, 10) for i, gain in enumerate(experiment.k)),
+        Gamma=tuple(tuple(gain * Fraction(13, 10) for gain in row) for row in experiment.Gamma),
+        facts=(),
+    )
+
+
 def fates_of_plant(experiment: Experiment, ports: Iterable[Port]) -> list[Fate]:
-    """Every mutant of the programs that are written for a plant, over the short horizon; as `fates`."""
-    short = with_values(experiment, {"horizon": HORIZON})
+    """Every mutant of the programs that are written for a plant, made `lively`; as `fates`."""
+    short = lively(experiment)
     own = read_ports(plant=short.name)
     made = [mutant for port in ports for mutant in mutants_of(own[port.name], write(short, port))]
-    ran = run(made, ROOT / "build" / "mutants" / short.name, partial(copy_with_programs, short))
-    return [_fate(mutant, one, short) for mutant, one in ran]
+    return fates_of(made, short)
+
+
+def fates_of(made: Sequence[Mutant], experiment: Experiment) -> list[Fate]:
+    """Run what is not up to date of mutants of a plant's programs, and judge them."""
+    ran = run(made, ROOT / "build" / "mutants" / experiment.name, partial(copy_with_programs, experiment))
+    return [_fate(mutant, one, experiment) for mutant, one in ran]
 
 
 def run(

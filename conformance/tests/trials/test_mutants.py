@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from conformance.programs.ports import ROOT, the_six
+from conformance.programs.ports import ROOT, read_ports, the_six
+from conformance.programs.writer import write
 from conformance.tests.under_test import PORTS
+from conformance.theory.experiment_file import read_experiment
 from conformance.trials.edits import in_experiment
 from conformance.trials.mutants import (
     EXPERIMENT,
@@ -16,7 +18,10 @@ from conformance.trials.mutants import (
     changes,
     equivalents,
     fates,
+    fates_of,
+    lively,
     mutants,
+    mutants_of,
     summary,
     unexplained,
 )
@@ -80,3 +85,18 @@ def test_an_excused_survivor_is_not_unexplained(tmp_path: Path) -> None:
     mutant = Mutant(ALL["cpp"], 1, "a", "b", "")
     assert equivalents(excuses) == {("cpp", "a", "b"): "a is b"}
     assert unexplained([Fate(mutant, "survived")]) and not unexplained([Fate(mutant, "killed")])
+
+
+SUBTLE = (  # which survive where gains are 1, or states and estimates start from 0
+    ("- theta2_hat * x2", "+ theta2_hat * x2"),
+    ("1 + k2 * k1", "1 + k2 / k1"),
+    ("+ w2_1 * k1", "+ w2_1 / k1"),
+)
+
+
+def test_subtle_mutants_of_a_written_program_are_killed() -> None:
+    of = lively(read_experiment(ROOT / "plants" / "problem_1c.toml"))
+    made = mutants_of(read_ports(plant=of.name)["cpp"], write(of, read_ports()["cpp"]))
+    subtle = [m for old, new in SUBTLE for m in made if old in m.old and m.new == m.old.replace(old, new)]
+    assert len(subtle) == len(SUBTLE) and len(made) > 170
+    assert [fate.status for fate in fates_of(subtle, of)] == ["killed"] * len(SUBTLE)
