@@ -18,7 +18,7 @@ from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import Experiment
 from conformance.theory.expressions import ZERO, Negative
 from conformance.theory.identity import Dual, Functions, dual
-from conformance.theory.statements import Names, recursion_of
+from conformance.theory.statements import recursion_of
 
 PLANTS = {path.stem: path for path in sorted((ROOT / "plants").glob("*.toml"))}
 
@@ -31,7 +31,7 @@ def along_the_plant(e: Experiment) -> tuple[dict[str, Dual], Functions]:
     """Every name of the design at a random point, with its rate in closed loop."""
     source = random.Random(1)
     functions, recursion = Functions(source), recursion_of(e, large=True)
-    gains = {f"k{i}": gain for i, gain in enumerate(e.k, 1)} | (Names(e).gammas() if e.unknown else {})
+    gains = {f"k{i}": gain for i, gain in enumerate(e.k, 1)} | e.gammas
     fixed = {name: Dual(value) for name, value in (*e.constants, *gains.items())}
     fixed |= {p.name: Dual(random_rational(source)) for p in e.unknown}
     there = {name: random_rational(source) for name in (*e.states, *e.estimates)}
