@@ -17,6 +17,7 @@ from conformance.theory.design import DesignError
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import Experiment
 from conformance.theory.statements import Statement, statements_of
+from conformance.theory.symbolic import to_sympy
 
 PORTS = {name: port for name, port in read_ports().items() if port.template}
 PLANTS = sorted(path.stem for path in (ROOT / "plants").glob("*.toml"))
@@ -65,7 +66,7 @@ def test_every_statement_is_written_once_and_means_what_it_says(plant: str, any_
 
 
 def worth(s: Statement, values: dict[str, complex]) -> complex:
-    return complex(expressions.to_sympy(s.expression, lambda name: values[name]))
+    return complex(to_sympy(s.expression, lambda name: values[name]))
 
 
 @every_port
