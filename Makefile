@@ -30,7 +30,7 @@ GALLERY := $(patsubst plants/%.toml,gallery/%,$(sort $(wildcard plants/*.toml)))
 
 include $(sort $(wildcard */port.mk))
 
-TARGETS := all bench check check-gallery clean distclean environment help mutants ports readme report system write
+TARGETS := all bench check check-gallery clean distclean environment help mutants ports readme report report-gallery system write
 KEPT := badges build campaign every guests mistakes random truth unnamed variants
 ifneq ($(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)),)
 $(error a port cannot be called $(filter $(TARGETS) $(KEPT),$(KNOWN_PORTS)): make and the harness use that name)
@@ -77,7 +77,7 @@ all: $(WRITTEN)  ## set up, build and run every program, and end with a table
 check: $(WRITTEN)  ## bring all up to date, judge every result, and write the page
 	@$(MAKE) --keep-going all || echo 'check: not every program ran; the verdict counts them' >&2
 ifdef PLANT
-	@$(PYTHON) -m conformance check $(OF_PLANT)
+	@status=0; $(PYTHON) -m conformance check $(OF_PLANT) || status=$$?; $(MAKE) report || status=$$?; exit $$status
 else
 	@$(MAKE) .venv/page/installed
 	$(PYTHON) -m pytest -n logical --dist loadfile --no-loadscope-reorder --junitxml=build/junit.xml conformance
@@ -88,7 +88,11 @@ check-gallery: environment  ## write, build, run and judge the programs of every
 	@$(PYTHON) -m conformance check --plant plants/*.toml
 
 report: environment .venv/page/installed  ## write the page on what the programs left: build/report/index.html
-	@$(PYTHON) -m conformance report
+	@$(PYTHON) -m conformance report $(OF_PLANT)
+
+report-gallery: environment .venv/page/installed  ## write the page of every plant, and their index: build/report/plants.html
+	@for plant in plants/*.toml; do $(PYTHON) -m conformance report --plant $$plant || exit; done
+	@$(PYTHON) -m conformance report --plants
 
 write: environment  ## bring the six programs up to date with plants/Chapter17_Lesson1.toml and the templates
 	@$(PYTHON) -m conformance write plants/Chapter17_Lesson1.toml --to . --force
