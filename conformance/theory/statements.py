@@ -382,23 +382,34 @@ class Recursion:
             *(negative(term) for term in self.estimated(i)),
         ]
         terms = [*terms, known] if i == 1 else [known, *terms]
-        adaptation = [
-            self.paired(self.by_estimate[i], rates if last else self.tau[i], scaled=not last),
-            *(product(self.paired(self.by_estimate[j], self.w[i], scaled=True), self.z[j]) for j in range(2, i)),
-        ]
-        alpha = quotient(add(*terms, *adaptation), self.g[i])
+        moved = self.paired(self.by_estimate[i], rates if last else self.tau[i], scaled=not last)
+        lacking = add(
+            *(product(self.paired(self.by_estimate[j], self.w[i], scaled=True), self.z[j]) for j in range(2, i))
+        )
+        alpha = quotient(add(*terms, moved, lacking), self.g[i])
         wording = "control" if last else "virtual control"
         name = INPUT if last else f"alpha{i}"
         self.alpha.append(let(name, alpha, self.tag, wording, keep=True))
-        self.remark_on_adaptation(name, i, add(*adaptation))
+        self.remark_on_adaptation(name, i, moved, lacking)
 
-    def remark_on_adaptation(self, name: str, i: int, e: Expression) -> None:
-        """Say which terms of alpha_i are there because alpha_{i-1} moves with the estimate; (16), 4."""
+    def remark_on_adaptation(self, name: str, i: int, moved: Expression, lacking: Expression) -> None:
+        """Say which terms of alpha_i are there because the estimate moves; (16), 4.
+
+        alpha_{i-1} moves with it, by Gamma tau_n in the end, for which tau_i stands before; and the tau of earlier
+        virtual controls lack w_i z_i.
+        """
         moving = [s for s, d in zip(self.experiment.estimates, self.by_estimate[i], strict=True) if d != ZERO]
-        if moving and e != ZERO:
-            count = len(terms_of(e))
-            which = "the last term" if count == 1 else f"the last {count} terms"
-            self.chain.remarks[name] = f"alpha{i - 1} moves with {', '.join(moving)} too: hence {which}"
+        said = []
+        if moved != ZERO:
+            which = _counted("" if lacking != ZERO else "last ", len(terms_of(moved)))
+            before = "" if lacking == ZERO else f" before {_counted('last ', len(terms_of(lacking)))}"
+            stands = "" if i == self.n else f", with tau{i} since tau{self.n} is not known yet"
+            said.append(f"alpha{i - 1} moves with {', '.join(moving)} too: hence {which}{before}{stands}")
+        if lacking != ZERO:
+            earlier = "tau2 lacks" if i == 3 else f"tau2 to tau{i - 1} lack"
+            said.append(f"{_counted('last ', len(terms_of(lacking)))} for w{i} z{i}, which {earlier}")
+        if said:
+            self.chain.remarks[name] = "; ".join(said)
 
     def estimated(self, i: int) -> list[Expression]:
         """The terms of theta_hat' phi_i."""
@@ -529,6 +540,11 @@ def _derivatives(experiment: Experiment, count: int) -> list[Expression]:
     while len(found) < count:
         found.append(slope(found[-1], "t"))
     return found
+
+
+def _counted(which: str, count: int) -> str:
+    """The last term, or how many of the last."""
+    return f"the {which}term" if count == 1 else f"the {which}{count} terms"
 
 
 def _genitive(names: str) -> str:

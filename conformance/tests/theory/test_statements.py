@@ -124,6 +124,12 @@ def test_problem_1c_is_short_enough_to_be_read() -> None:
     assert len(statements) <= 45 and sum(operations(s.expression) for s in statements) < 153
 
 
+def test_remarks_tell_terms_of_a_moving_estimate_from_those_that_earlier_tau_lack() -> None:
+    remarks = {s.name: s.remark for s in controller(experiment("problem_1c"))}
+    assert remarks["alpha2"].endswith("hence the last term, with tau2 since tau3 is not known yet")
+    assert remarks["u"].endswith("the 2 terms before the last term; the last term for w3 z3, which tau2 lacks")
+
+
 def test_a_chain_of_four_states_is_short_enough_to_be_written() -> None:
     assert len(controller(experiment("chain_4"))) <= LARGE
 
