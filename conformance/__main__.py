@@ -571,6 +571,13 @@ def print_truth(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def up(value: float) -> str:
+    """With two digits, rounded up."""
+    from decimal import ROUND_UP, Context, Decimal
+
+    return f"{Context(prec=2, rounding=ROUND_UP).plus(Decimal(value)):.1e}"
+
+
 def check_certificate(arguments: argparse.Namespace) -> int:
     """What a certificate claims, and whether it holds."""
     from conformance.truth.certify import NotProven, certify, read
@@ -589,8 +596,8 @@ def check_certificate(arguments: argparse.Namespace) -> int:
         show(f"{name} FAILS: {reason}")
         return 1
     stated = max(float(radius) for step in found.steps for radius in step.radius)
-    claim = f"{', '.join(found.names)} on [0, {found.horizon}] lie within the stated radii, at most {stated:.1e}"
-    show(f"{name} holds: {claim}; this way, within {proven:.1e}")
+    claim = f"{', '.join(found.names)} on [0, {found.horizon}] lie within the stated radii, at most {up(stated)}"
+    show(f"{name} holds: {claim}; this way, within {up(proven)}")
     return 0
 
 

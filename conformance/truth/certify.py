@@ -9,11 +9,9 @@ H = Psi Phi - I and |H| < 1, Phi^-1 = (I + H)^-1 Psi, so in the maximum norm, ev
     |w| <= W = (|Psi(0) e(0)| + h |Psi d|) / (1 - |H|) exp(h |Psi (J Phi - Phi')| / (1 - |H|)),  |e| <= |Phi| W
 
 with the logarithmic norm mu (Dahlquist 1958, Lozinskii 1958). J is bounded for all x within the stated radius: while x
-is there, |Phi| W bounds e, and as that is less, x never leaves. No matter how Phi and Psi were found: if Phi nearly
-solves Phi' = J Phi, M is small whatever the flow does. All bounds are balls, and python-flint is all that is needed.
+is there, |Phi| W bounds e, and as that is less, x never leaves. All bounds are balls; python-flint alone is needed.
 
-The file is JSON in one canonical form, every number exact: a rational such as 6/5, or a dyadic such as 0x3p-1 for 1.5.
-A digest seals it, so that no digit can be changed, not even one that the theorem does not need.
+The file is canonical JSON sealed by a digest, every number exact: a rational such as 6/5, or a dyadic such as 0x3p-1.
 """
 
 import hashlib
@@ -108,6 +106,9 @@ def run(program: list[str], outputs: list[int], t: arb_series, x: Matrix) -> Mat
             case [_, (u, *du)]:
                 v, slope = ELEMENTARY[op][0](u), ELEMENTARY[op][1]
                 made = [v, *(slope(u, v) * w for w in du)]
+        checked = [*made, 1 / found[int(words[1])][0]] if op == "div" else made  # 0 / b is 0 without a look at b
+        if not all(c.is_finite() for one in checked for c in one):
+            raise ValueError("not defined on all of the set")
         found.append(made)
     return [found[i] for i in outputs]
 
@@ -221,7 +222,7 @@ def parse(text: str) -> Certificate:
     expect(isinstance(content, dict) and tuple(content) == KEYS, "the file", content, f"the keys {', '.join(KEYS)}")
     expect(content["format"] == FORMAT, "format", content["format"], FORMAT)
     names = listed(content["states"], "states", 1, MOST["states"])
-    expect(all(isinstance(name, str) and NAME.fullmatch(name) for name in names), "states", names, "names")
+    expect(len({n for n in names if isinstance(n, str) and NAME.fullmatch(n)}) == len(names), "states", names, "names")
     program = listed(content["program"], "program", 1, MOST["lines"])
     for i, line in enumerate(program):
         good = isinstance(line, str) and bool(LINE.fullmatch(line))
@@ -233,8 +234,7 @@ def parse(text: str) -> Certificate:
             below = len(names) if op == "state" else i
             expect(all(int(word) < below for word in words), f"program, line {i}", line, f"whole numbers below {below}")
     rhs, bits = listed(content["rhs"], "rhs", len(names)), content["bits"]
-    good = all(type(i) is int and 0 <= i < len(program) for i in rhs)
-    expect(good, "rhs", rhs, f"whole numbers below {len(program)}")
+    expect(all(type(i) is int and 0 <= i < len(program) for i in rhs), "rhs", rhs, f"numbers below {len(program)}")
     expect(type(bits) is int and 2 <= bits <= 10_000, "bits", bits, "a whole number from 2 to 10000")
     pairs = [listed(pair, "start", 2) for pair in listed(content["start"], "start", len(names))]
     start = [(rational(middle), rational(radius)) for middle, radius in pairs]
@@ -243,7 +243,7 @@ def parse(text: str) -> Certificate:
     for i, step in enumerate(listed(content["steps"], "steps", 1, MOST["steps"]), 1):
         steps.append(read_step(step, f"step {i}", len(names), end))
         end += steps[-1].width
-    expect(end >= horizon, "horizon", horizon, "a time that the steps reach")
+    expect(0 < horizon <= end, "horizon", horizon, "a positive time that the steps reach")
     expect(text == written(content), "the text", "another form", "the canonical one, sealed by its sha256")
     return Certificate(names, program, rhs, start, horizon, bits, steps)
 

@@ -36,6 +36,7 @@ CONTRACT = 1e-6  # the tolerance, of each state's size
 TARGET = 1e-18  # radius of the proof
 SAMPLES = 4001  # of the exact solution, where the largest slopes along it are looked for
 FINE = 20001  # of them where these are the gains
+PLACES = DEGREE + 1  # of each piece of a table, where its slope is compared with the field
 JUMP = 1e-13  # relative, by which a table may miss: what doubles explain
 NEAR = 1e-6  # relative, by which sensitivities may miss the variational equation, its slopes by differences
 BELOW, ABOVE = 1e-3, 1e-2  # relative, by which gains may miss the largest slopes found at samples
@@ -311,13 +312,13 @@ def _solves(found: Exact) -> bool:
         return False
     spans = [table.edges[0] == 0, table.edges[-1] >= setting.horizon, (table.half > 0).all()]
     spans += [np.allclose(table.centre - table.half, table.edges[:-1], rtol=0, atol=1e-9)]
-    v = np.array([-1.0, 0.0, 1.0])[:, None, None, None]
+    v = np.linspace(-1, 1, PLACES)[:, None, None, None]
     k = np.arange(DEGREE + 1)[:, None]
-    value = (table.polynomial * v**k).sum(axis=2)  # (3 places, m states, pieces)
+    value = (table.polynomial * v**k).sum(axis=2)  # (PLACES, m states, pieces)
     slope = (table.polynomial * k * v ** np.maximum(k - 1, 0)).sum(axis=2) / table.half
     scale = np.abs(value).max(axis=(0, 2))
     spans += [(table.bound <= 1e-10 * (1 + scale)).all(), (table.scale <= scale * (1 + 1e-6)).all()]
-    jumps = value[0] - np.column_stack([setting.start, value[2, :, :-1]])
+    jumps = value[0] - np.column_stack([setting.start, value[-1, :, :-1]])
     spans += [(np.abs(jumps) <= JUMP * (1 + scale[:, None]) + 2 * table.bound[:, None]).all()]
     for place, s in enumerate(v.ravel()):
         wanted = found.first(table.centre + s * table.half, value[place])

@@ -238,6 +238,8 @@ NONE: dict[str, tuple[str, str]] = {
     "a polynomial without coefficients": (
         resealed(lambda content: content["steps"][0]["polynomial"].__setitem__(0, "")), "step 1, polynomial",
     ),
+    "a state twice": (resealed(lambda content: content["states"].__setitem__(1, content["states"][0])), "states: f"),
+    "a horizon of nothing": (resealed(lambda content: content.update(horizon="0")), "a positive time"),
     "a horizon beyond the steps": (resealed(lambda content: content.update(horizon="21")), "horizon: found '21'"),
 }  # fmt: skip
 
@@ -248,6 +250,19 @@ def test_what_is_no_certificate_is_refused_in_one_line(case: str) -> None:
     with pytest.raises(NoCertificate, match=message) as error:
         parse(text)
     assert "\n" not in str(error.value) and len(str(error.value)) < 400
+
+
+UNDEFINED = {
+    "0 / x, where x goes through 0": ("state 0", "constant 0", "div 1 0"),
+    "0 log(-1)": ("constant -1", "log 0", "constant 0", "mul 2 1"),
+}
+
+
+@pytest.mark.parametrize("case", UNDEFINED)
+def test_what_is_not_defined_on_all_of_the_set_is_not_passed_over_though_it_is_times_0(case: str) -> None:
+    program, x = list(UNDEFINED[case]), [[arb_series([arb(0, 1)]), arb_series([1])]]
+    with series(80, 3), pytest.raises(ValueError, match=r"not defined|leading term"):
+        run(program, [len(program) - 1], arb_series([0, 1]), x)
 
 
 # ---- The commands ----

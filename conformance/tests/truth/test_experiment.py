@@ -21,6 +21,7 @@ from conformance.truth import cache
 from conformance.truth.exact import Exact, exact, packed
 from conformance.truth.experiment import loop_of, problem, truth
 from conformance.truth.functions import module
+from conformance.truth.piecewise import Table
 from conformance.truth.taylor import precision
 from conformance.truth.truth import Enclosure, ball_function, enclose
 
@@ -128,7 +129,16 @@ def test_what_is_kept_is_proven_again_when_damaged(kept: Path) -> None:
     assert read_again().evaluate(1.0).shape == (3,) and kept.read_bytes() == whole
 
 
+def bent(table: Table) -> Table:
+    """One piece with another course, which has the values and slopes of the table in its middle and at its ends."""
+    polynomial = table.polynomial.copy()
+    for power, part in ((2, 1), (4, -2), (6, 1)):  # v^2 (1 - v^2)^2
+        polynomial[0, power, table.half.size // 2] += 0.1 * part
+    return replace(table, polynomial=polynomial)
+
+
 FORGERIES = {
+    "a piece that is bent": lambda e: replace(e, table=bent(e.table)),
     "a solution off by 1e-10": lambda e: replace(e, table=replace(e.table, polynomial=e.table.polynomial + 1e-10)),
     "another solution": lambda e: replace(e, table=exact(with_values(SHORT, {"gamma": Fraction("3.0000001")})).table),
     "another start": lambda e: replace(e, table=exact(with_values(SHORT, {"x2_start": Fraction("-0.5000001")})).table),
