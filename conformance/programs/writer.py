@@ -266,7 +266,7 @@ class Program:
         lines = []
         for s in self.of(*sections.split()):
             if s.remark:
-                lines += [Line((remark,)) for remark in self.remarks(s.remark, indent + quoted)]
+                lines += [Line((remark,)) for remark in self.remarks(s.remark, indent + quoted, WIDTH - quoted)]
             lines.append(self.statement(s, indent + quoted, WIDTH - quoted))
         text = aligned(lines, self.port.aligned, WIDTH - quoted)
         return "\n".join(self.quoted(line, indent) for line in text) if quoted else "\n".join(text)
@@ -276,12 +276,12 @@ class Program:
         within = line[indent + 1 :].replace("'", "''")
         return f"{' ' * indent}'{within}'"
 
-    def remarks(self, text: str, indent: int) -> list[str]:
+    def remarks(self, text: str, indent: int, width: int) -> list[str]:
         """A sentence as comments."""
         opening, closing = self.port.comment
         start = " " * indent + opening
         words = self.spelling.prose(text).split()
-        return [line + closing for line in filled(start, words, WIDTH - len(closing), start)]
+        return [line + closing for line in filled(start, words, width - len(closing), start)]
 
     def statement(self, s: Statement, indent: int, width: int) -> Line:
         """A statement with its tag and wording behind it, in several lines if one is too long."""
