@@ -48,7 +48,7 @@ class Term(NamedTuple):
     """A term of V_i', where it comes from, and what becomes of it.
 
     `answer` is what the statement `by` holds against it, times z_i; 0 where the term stays or waits as it is. A term is
-    `inherited` if it was there after the step before.
+    `inherited` if it was there after the step before, and `collected` if it is the sum of terms that have been waiting.
     """
 
     term: Expression
@@ -57,6 +57,7 @@ class Term(NamedTuple):
     answer: Expression = ZERO
     by: str = ""
     inherited: bool = False
+    collected: bool = False
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ def _terms(r: Recursion, i: int) -> Iterator[Term]:
         return Term(e, cause, Fate.CANCELS, negative(e), name, inherited)
 
     known = r.r[1] if i == 1 else Name(f"{before}_dot_known")
-    yield cancels(product(r.g[i - 1], r.z[i - 1], z), f"left by step {i - 1}: {states[i - 1]} is not {before}", True)
+    yield cancels(product(r.g[i - 1], r.z[i - 1], z), f"the cross term: {states[i - 1]} is not {before}", True)
     yield cancels(product(r.f[i], z), f"the known part of row {i}")
     yield cancels(product(add(*r.estimated(i)), z), f"row {i}, as the estimate has it")
     yield cancels(negative(product(known, z)), "r moves" if i == 1 else f"{before} moves: what is known of it")
@@ -107,7 +108,7 @@ def _terms(r: Recursion, i: int) -> Iterator[Term]:
     yield cancels(_growth(r, i), f"{_earlier(i)} counted on Gamma tau{i - 1}, and it has grown to Gamma tau{i}", True)
     yield Term(negative(product(Name(f"k{i}"), power(z, Fraction(2)))), f"{name} puts it there", Fate.STAYS)
     if i < r.n:
-        yield Term(product(r.g[i], z, r.z[i + 1]), f"{states[i]} is not alpha{i}", Fate.WAITS)
+        yield Term(product(r.g[i], z, r.z[i + 1]), f"the cross term: {states[i]} is not alpha{i}", Fate.WAITS)
     yield from _parameter_errors(r, i)
 
 
@@ -132,9 +133,12 @@ def _earlier(i: int) -> str:
 
 
 def _parameter_errors(r: Recursion, i: int) -> Iterator[Term]:
-    """-theta_tilde' w_i z_i, which joins tau_i; at the last step all of tau_n, which the update law answers."""
+    """-theta_tilde' w_i z_i, which joins tau_i, and what V_0 brings to step 1; the update law answers all of tau_n."""
     for j, parameter in enumerate(r.experiment.unknown):
-        tilde = Name(f"{parameter.name}_tilde")
+        tilde, law = Name(f"{parameter.name}_tilde"), f"{parameter.estimate}_dot"
+        moving = product(tilde, _scaled_rates(r)[j])
+        if i == 1:
+            yield Term(moving, "the estimate moves", Fate.WAITS, by=law)
         yield Term(
             negative(product(tilde, r.w[i][j], r.z[i])),
             f"{parameter.estimate} is not {parameter.name}",
@@ -142,14 +146,8 @@ def _parameter_errors(r: Recursion, i: int) -> Iterator[Term]:
             by=r.names.component("tau", i, j + 1),
         )
         if i == r.n:
-            yield Term(
-                negative(product(tilde, r.tau[i][j])),
-                "all of these, collected",
-                Fate.CANCELS,
-                product(tilde, _scaled_rates(r)[j]),
-                f"{parameter.estimate}_dot",
-                True,
-            )
+            errors = negative(product(tilde, r.tau[i][j]))
+            yield Term(errors, "collected: all that has joined it", Fate.CANCELS, moving, law, collected=True)
 
 
 def _rates(r: Recursion) -> list[Expression]:

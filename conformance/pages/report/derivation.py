@@ -28,7 +28,8 @@ from conformance.theory.expressions import (
 class ShownTerm:
     """A term of V': its LaTeX, where it comes from, what is put against it (LaTeX, or nothing), and what becomes of it.
 
-    `by` is the name of the statement that answers it, or of what it joins; "" where there is none.
+    `by` is the name of the statement that answers it, or of what it joins; "" where there is none. One that is
+    `collected` is the sum of others.
     """
 
     latex: str
@@ -36,6 +37,7 @@ class ShownTerm:
     answer: str
     fate: str
     by: str
+    collected: bool
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,7 @@ def _shown(term: Term, notation: Notation) -> ShownTerm:
         _signed(term.answer, notation) if term.answer != ZERO else "",
         term.fate.value,
         term.by,
+        term.collected,
     )
 
 

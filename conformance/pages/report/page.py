@@ -166,6 +166,7 @@ def derivation_shown(derived: Derivation, notation: Notation, shown_parts: Seque
         "states": e.states,
         "output": e.states[0],
         "estimates": e.estimates,
+        "laws": [f"{estimate}_dot" for estimate in e.estimates],
         "unknown": [notation.name(p.name) for p in e.unknown],
         "tildes": [notation.name(f"{p.name}_tilde") for p in e.unknown],
         "plant": notation.equations(derived.parts[0].equations[:n]),

@@ -55,7 +55,7 @@ def along_the_plant(e: Experiment) -> tuple[dict[str, Dual], Functions]:
 
 
 def wrong_steps(e: Experiment, steps: tuple[Step, ...]) -> list[str]:
-    """What of the steps is not so: the terms against z_i z_i', and what is left against V_i'."""
+    """What of the steps is not so: the terms against z_i z_i', of step 1 with V_0', and what is left against V_i'."""
     known, functions = along_the_plant(e)
     p, found = len(e.unknown), []
     inverse = sp.Matrix(p, p, [sp.Rational(v) for row in e.Gamma for v in row]).inv()
@@ -66,10 +66,10 @@ def wrong_steps(e: Experiment, steps: tuple[Step, ...]) -> list[str]:
             rate += a.value * Fraction(int(inverse[i, j].p), int(inverse[i, j].q)) * b.rate
     for step in steps:
         z = known[f"z{step.i}"]
-        own = sum((dual(t.term, known, functions).value for t in step.terms if not t.inherited), Fraction(0))
-        last = step.i == len(steps)
-        answers = [t.answer for t in step.terms if not (last and t.by.endswith("_hat_dot"))]
-        if own + sum((dual(a, known, functions).value for a in answers), Fraction(0)) != z.value * z.rate:
+        brought = z.value * z.rate + (rate if step.i == 1 else 0)
+        gained = [t.term for t in step.terms if not (t.inherited or t.collected)]
+        gained += [t.answer for t in step.terms if not t.collected]
+        if sum((dual(e, known, functions).value for e in gained), Fraction(0)) != brought:
             found.append(f"terms of step {step.i}")
         rate += z.value * z.rate
         if dual(step.left, known, functions).value != rate:
@@ -88,7 +88,7 @@ def test_wrong_term_would_be_noticed(name: str) -> None:
     e = experiment(name)
     for i, step in enumerate(steps := cancellation(e)):
         for j, term in enumerate(step.terms):
-            if not term.inherited:
+            if not (term.inherited or term.collected):
                 terms = (*step.terms[:j], term._replace(term=Negative(term.term)), *step.terms[j + 1 :])
                 wrong = (*steps[:i], replace(step, terms=terms), *steps[i + 1 :])
                 assert wrong_steps(e, wrong) == [f"terms of step {i + 1}"]
@@ -119,6 +119,10 @@ def test_steps_of_the_lesson_are_its_own() -> None:
         "theta_tilde alpha1_x1 phi z2",
         "-theta_tilde tau2",
     ]
+    assert [juxtaposed(t.term) for t in first.terms if t.cause == "the estimate moves"] == [
+        "theta_tilde theta_hat_dot/gamma"
+    ]
+    assert [t.term for t in second.terms if t.collected] == [second.terms[-1].term]
     assert [t.by for t in second.terms] == ["u", "u", "u", "", "tau2", "theta_hat_dot"]
     assert juxtaposed(second.left) == "-k1 z1^2 - k2 z2^2"
     assert juxtaposed(first.left) == "-k1 z1^2 + z1 z2 - theta_tilde (phi z1 - theta_hat_dot/gamma)"
