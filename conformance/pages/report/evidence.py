@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import log10
-from typing import Any
+from typing import Any, NamedTuple
 
 from conformance.judging.checks import Result
 from conformance.judging.verdict import Verdict
@@ -17,7 +17,7 @@ from conformance.trials.variant import Variant
 class Cell:
     """A result of one program: its figure, short and in words."""
 
-    status: str  # pass, fail or none
+    status: str  # pass, fail or none; of a mistake that is refused as it must be, caught
     figure: str
     words: str
     weight: float = 0.0  # how far the figure is on the way to its bound, on a logarithmic scale from 0 to 1
@@ -33,16 +33,25 @@ class Error:
     words: str
 
 
+class Line(NamedTuple):
+    """A line of a table: what it is about, the lesson's section, one cell per program, and where its head leads."""
+
+    head: str
+    section: str
+    cells: list[Cell]
+    address: str = ""
+
+
 DECADES = (-12, -5)  # of the axis of errors
 NOTHING = Cell("none", "", "not measured")
 
 
-def claims(verdicts: Sequence[Verdict]) -> list[tuple[str, str, list[Cell]]]:
-    """(claim, section, one cell per program) of every claim that was measured."""
+def claims(verdicts: Sequence[Verdict]) -> list[Line]:
+    """A line for every claim that was measured."""
     order = {result.claim: result.section for verdict in verdicts for result in verdict.results}
     measured = [{result.claim: cell(result) for result in verdict.results} for verdict in verdicts]
     return [
-        (said(claim), section, [results.get(claim, NOTHING) for results in measured])
+        Line(said(claim), section, [results.get(claim, NOTHING) for results in measured])
         for claim, section in order.items()
     ]
 
@@ -84,21 +93,26 @@ def cell(result: Result) -> Cell:
     )
 
 
-def against(languages: Mapping[str, str], pairs: Mapping[tuple[str, str], Result]) -> list[tuple[str, str, list[Cell]]]:
-    """(language, "", one cell per port): how far each two ports are apart, over all states and times."""
+def against(languages: Mapping[str, str], pairs: Mapping[tuple[str, str], Result]) -> list[Line]:
+    """A line for every language: how far each two ports are apart, over all states and times."""
     cells = {frozenset(names): cell(result) for names, result in pairs.items()}
     itself = Cell("self", "", "itself")
     return [
-        (language, "", [itself if a == b else cells.get(frozenset((a, b)), NOTHING) for b in languages])
+        Line(language, "", [itself if a == b else cells.get(frozenset((a, b)), NOTHING) for b in languages])
         for a, language in languages.items()
     ]
 
 
-def outcomes(variants: Iterable[Variant], ports: Iterable[str]) -> list[tuple[str, str, list[Cell]]]:
-    """(variant, section, one cell per port): how many checks refuse it, as it must be or not."""
+def outcomes(variants: Iterable[Variant], ports: Iterable[str]) -> list[Line]:
+    """A line for every variant: how many checks refuse it, as it must be or not."""
     found = kill_matrix()
     return [
-        (variant.title, variant.section, [outcome(variant, found.get((variant.name, port))) for port in ports])
+        Line(
+            variant.title,
+            variant.section,
+            [outcome(variant, found.get((variant.name, port))) for port in ports],
+            f"#exercise-{variant.name}",
+        )
         for variant in variants
         if any((variant.name, port) in found for port in ports)
     ]
@@ -110,6 +124,8 @@ def outcome(variant: Variant, row: Mapping[str, Any] | None) -> Cell:
         return Cell("none", "", "the program has no such text")
     refusals = row["refusals"]
     as_wanted = variant.refused_by in refusals if variant.refused_by else row["status"] == "pass"
-    words = f"refused by {', '.join(refusals)}" if refusals else "conforms"
-    figure = f"refused {len(refusals)}" if refusals else "conforms"
-    return Cell("pass" if as_wanted else "fail", figure, words)
+    wanted = "caught" if variant.refused_by else "pass"
+    without = "conforms" if row["status"] == "pass" else row["status"]
+    words = f"refused by: {', '.join(map(said, refusals))}" if refusals else without
+    figure = f"refused {len(refusals)}" if refusals else without
+    return Cell(wanted if as_wanted else "fail", figure, words)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The pictures of the exact solution: what the first screen shows, and the estimate without excitation."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -15,24 +15,36 @@ from conformance.theory.experiments import Experiment
 from conformance.theory.lesson import LESSON
 from conformance.truth.exact import exact
 
-AIM, EXACT = "var(--colour-1)", "var(--accent)"  # what is to be met, and the exact solution
+AIM, EXACT, OTHER = "var(--colour-1)", "var(--accent)", "var(--text)"  # what is to be met, the exact solution, another
 
 
-def opening(e: Experiment) -> list[tuple[str, Markup]]:
-    """(caption in LaTeX, picture): the output meets the reference, the estimates move, V falls."""
+class Figure(NamedTuple):
+    """A picture with its caption (LaTeX), and the colour and name (LaTeX) of each line where there are several."""
+
+    caption: str
+    picture: Markup
+    legend: tuple[tuple[str, str], ...] = ()
+
+
+def opening(e: Experiment) -> list[Figure]:
+    """The output meets the reference, the estimates move, V falls."""
     solution, t = exact(e), GRID * float(e.horizon)
     states = solution.evaluate(t)
     x = e.states[0]
     met = picture(t, [Line(solution.reference(t), AIM), Line(states[0], EXACT)], f"{x} and the reference r")
     falls = picture(t, [Line(solution.lyapunov(t, states), EXACT)], "V falls over many decades", logarithmic=True)
-    shown = [(rf"{letter(x)} \text{{ meets }} r", met), (r"V \text{ falls}", falls)]
+    shown = [
+        Figure(rf"{letter(x)} \text{{ meets }} r", met, ((EXACT, letter(x)), (AIM, "r"))),
+        Figure(r"V \text{ falls}", falls),
+    ]
     if e.unknown:
         lines = [Line(np.full_like(t, float(q.true)), AIM) for q in e.unknown]
         lines += [Line(values, EXACT) for values in states[len(e.states) :]]
         names = [", ".join(map(letter, names)) for names in (e.estimates, [q.name for q in e.unknown])]
         finds = "finds" if e == LESSON else "and"  # whether it does is the experiment's, and no theorem
         words = f"the estimate of {', '.join(q.name for q in e.unknown)} beside the true value"
-        shown.insert(1, (rf"{names[0]} \text{{ {finds} }} {names[1]}", picture(t, lines, words)))
+        caption, legend = rf"{names[0]} \text{{ {finds} }} {names[1]}", ((EXACT, names[0]), (AIM, names[1]))
+        shown.insert(1, Figure(caption, picture(t, lines, words), legend))
     return shown
 
 
@@ -45,5 +57,10 @@ def at_rest(experiment: Experiment) -> dict[str, Any]:
     return {
         "estimate": f"{stopped[-1]:.5g}",
         "theta": f"{float(experiment.unknown[0].true):g}",
-        "picture": picture(t, [Line(theta, AIM), Line(moving, EXACT), Line(stopped, "var(--text)")], words),
+        "picture": picture(t, [Line(theta, AIM), Line(moving, EXACT), Line(stopped, OTHER)], words),
+        "legend": (
+            (EXACT, r"\hat\theta,\ \text{the lesson's } r"),
+            (OTHER, r"\hat\theta,\ r = 0"),
+            (AIM, r"\theta"),
+        ),
     }

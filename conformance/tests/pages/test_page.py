@@ -241,6 +241,12 @@ def test_program_that_lacks_a_statement_leaves_its_cell_empty(tmp_path: Path) ->
     assert missing == ["theta_hat_dot"]
 
 
+def test_figures_of_several_lines_name_each(html: str) -> None:
+    figures = re.findall(r"<figure>.*?</figure>|<figure class=\"small-figure.*?</figure>", html, flags=re.DOTALL)
+    named = [(figure.count('<path class="curve"'), figure.count('class="key"')) for figure in figures]
+    assert named == [(2, 2), (2, 2), (1, 0), (3, 3)]
+
+
 def test_every_symbol_has_its_meaning_and_section(html: str) -> None:
     marked, explained = (set(re.findall(rf'data-{kind}="(\w+)"', html)) for kind in ("symbol", "means"))
     assert {"theta_hat", "tau2", "phi", "u"} <= marked and marked <= explained
@@ -276,11 +282,22 @@ def test_derivation_of_any_plant_can_be_shown(plant: str) -> None:
 
 @pytest.mark.parametrize(
     ("refusals", "status", "expected"),
-    [(["x1-is"], "fail", "pass"), (["other"], "fail", "fail"), ([], "pass", "fail")],
+    [(["x1-is"], "fail", "caught"), (["other"], "fail", "fail"), ([], "pass", "fail")],
 )
 def test_mistake_must_be_refused_by_its_check(refusals: list[str], status: str, expected: str) -> None:
     mistake = replace(next(v for v in VARIANTS.values() if v.refused_by), refused_by="x1-is")
     assert outcome(mistake, {"refusals": refusals, "status": status}).status == expected
+
+
+def test_experiment_must_conform_and_refusals_are_told_in_words() -> None:
+    experiment = next(v for v in VARIANTS.values() if not v.refused_by)
+    conforms, refused = (
+        outcome(experiment, {"refusals": refusals, "status": status})
+        for refusals, status in ([[], "pass"], [["x1-equals-the-exact-solution"], "fail"])
+    )
+    assert (conforms.status, refused.status) == ("pass", "fail")
+    assert refused.words == "refused by: x1 equals the exact solution"
+    assert outcome(experiment, {"refusals": [], "status": "missing"}).figure == "missing"
 
 
 def test_every_exercise_is_on_the_page_in_every_program_that_has_it(html: str) -> None:
