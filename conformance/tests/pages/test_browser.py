@@ -401,6 +401,31 @@ def test_search_goes_to_a_statement_and_keys_choose_languages(browser: Browser, 
     page.context.close()
 
 
+def test_search_has_what_is_there_and_the_phrase_first_on_a_phone_too(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, NARROW_DARK)
+    page = other.page
+    page.locator("#open-search").click()
+    field, found = page.locator("#search input"), page.locator("#search li")
+    field.fill("6 problem")
+    assert found.count() > 2
+    field.fill("problem 6")
+    assert found.first.inner_text().startswith("Problem 6")
+    hidden = page.locator("#playground .changed h3").first.text_content() or ""
+    field.fill(hidden)
+    assert "Playground" not in " ".join(found.all_inner_texts())
+    page.keyboard.press("Escape")
+    assert not page.locator("#search").is_visible()
+    page.locator("#open-search").click()
+    field.fill("four times k1")
+    page.keyboard.press("Enter")
+    question = page.locator("#question-4")
+    expect(question).to_have_attribute("open", "")
+    question.get_by_role("link", name="See it.").click()
+    expect(page.locator("#playground .budget .plot")).to_be_in_viewport(ratio=0.9)
+    assert other.complaints == []
+    page.context.close()
+
+
 def test_tab_stops_are_few_and_targets_large_enough(page: Page) -> None:
     stops = page.evaluate(
         """() => [...document.querySelectorAll("nav, header, #derivation, #code, #verdict")].map((part) =>
@@ -551,6 +576,13 @@ def test_mistake_is_played_from_its_exercise(page: Page) -> None:
     page.locator("#exercise-half-done-problem-6 .play").click()
     expect(page.locator("#playground [value=half-done-problem-6]")).to_be_checked()
     assert page.evaluate("playground.figures().settled") is None
+
+
+def test_missing_excitation_is_played_from_the_derivation(page: Page) -> None:
+    page.locator("#why-no-convergence [data-play]").click()
+    assert page.locator("#playground [data-start=no_excitation]").get_attribute("aria-pressed") == "true"
+    assert page.evaluate("playground.figures().estimate") == pytest.approx(2.777, abs=0.001)
+    page.locator("[data-start=Chapter17_Lesson1]").click()
 
 
 # ---- Playground ----

@@ -7,18 +7,33 @@ const sought = search.querySelector("input");
 const results = search.querySelector("ul");
 const FOUND = 12; // at most
 
+// the text of a place, its equations as they are seen
+function textOf(place) {
+  const copy = place.cloneNode(true);
+  for (const equation of all(".katex-mathml", copy)) equation.remove();
+  return copy.textContent.replace(/\u200b/g, "").replace(/\s+/g, " ").trim();
+}
+
 // what can be found: its words, and where it is
-const places = all("main h2, main h3, .row, .exercise > summary").map((place) => {
+const places = all("main h2, main h3:not(.changed h3), .row, .exercise > summary, [data-question] > summary").map((place) => {
   const statement = place.matches(".row");
-  const shown = statement ? place.querySelector(".margin a").textContent : place.textContent.trim().replace(/\s+/g, " ");
+  const shown = textOf(statement ? place.querySelector(".margin a") : place);
   const kind = statement ? `statement ${place.dataset.row}` : place.closest("section").querySelector("h2").textContent;
-  const words = `${shown} ${kind} ${statement ? place.querySelector(".margin").textContent : ""}`.toLowerCase();
+  const words = `${shown} ${kind} ${place.dataset.words ?? ""}`.toLowerCase();
   return { id: place.closest("[id]:not(h2, h3)")?.id ?? place.id, shown, kind, words };
 });
 
+// how near a place is to what is sought: its own text begins with it, has it, or has its words in some order
+function rank({ shown, words }, phrase) {
+  const at = shown.toLowerCase().search(new RegExp(`(?<!\\w)${phrase.replace(/[^\w\s]/g, "\\$&")}(?!\\w)`));
+  return [at === 0, at > 0, words.includes(phrase), true].indexOf(true);
+}
+
 function find() {
   const words = sought.value.toLowerCase().split(/\s+/).filter(Boolean);
-  const found = places.filter((place) => words.every((word) => place.words.includes(word)));
+  const phrase = words.join(" ");
+  const found = places.filter((place) => words.every((word) => place.words.includes(word)))
+    .sort((a, b) => rank(a, phrase) - rank(b, phrase));
   results.replaceChildren(...(words.length > 0 ? found.slice(0, FOUND) : []).map(({ id, shown, kind }) => {
     const link = Object.assign(document.createElement("a"), { href: `#${id}`, textContent: shown });
     link.append(" ", Object.assign(document.createElement("small"), { textContent: kind }));
@@ -44,6 +59,10 @@ search.querySelector("form").addEventListener("submit", (event) => {
   if (first) first.click();
 });
 search.addEventListener("keydown", (event) => {
+  if (event.key === "Escape") { // which would empty the field first
+    event.preventDefault();
+    search.close();
+  }
   const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
   if (step === undefined) return;
   event.preventDefault();

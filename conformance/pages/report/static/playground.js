@@ -39,7 +39,7 @@ function programOf({ start, mistake, constants }) {
 
 
 function labelOf(of) {
-  const title = of.mistake && form.querySelector(`[value="${of.mistake}"]`).parentElement.textContent.trim();
+  const title = of.mistake && form.querySelector(`[value="${of.mistake}"]`).dataset.title;
   const constants = changed(of).map(([name, value]) => `${spoken(name)} = ${tidy(value)}`);
   return [given.starts[of.start].title, ...constants, title].filter(Boolean).join(", ");
 }
