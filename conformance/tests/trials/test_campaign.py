@@ -135,8 +135,11 @@ def test_every_result_is_there_once_though_a_worker_dies(copy_of_the_tree: Calla
 
 def test_an_interrupted_campaign_keeps_what_is_done(copy_of_the_tree: Callable[..., Path]) -> None:
     root = copy_of_the_tree(write_awk)
-    folder, words = root / "build/campaign", arguments(64, ["awk"], "--jobs", "1")
-    with subprocess.Popen(words, cwd=root, stderr=subprocess.PIPE, text=True, start_new_session=True) as asked:
+    folder, words = root / "build/campaign", arguments(16, ["awk"], "--jobs", "1")
+    with subprocess.Popen(
+        words, cwd=root, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # ignored in the background
+    ) as asked:  # fmt: skip
         wait_for(lambda: results(folder) or asked.poll() is not None)
         early = results(folder)
         os.killpg(asked.pid, signal.SIGINT)
