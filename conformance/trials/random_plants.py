@@ -145,7 +145,8 @@ def run_plants(seed: int, count: int, ports: list[str], jobs: int, folder: Path 
 
 def run_plant(path: Path, ports: list[str]) -> Drawn:
     """Have make bring the programs of a plant up to date, and judge them."""
-    make = ["make", "ALONE=yes", "--keep-going", "ports", f"PLANT={path}", f"PORTS={' '.join(ports)}"]
+    below = os.path.relpath(path, ROOT)  # the tree's own path may hold a space
+    make = ["make", "ALONE=yes", "--keep-going", "ports", f"PLANT={below}", f"PORTS={' '.join(ports)}"]
     subprocess.run(make, cwd=ROOT, env=as_a_user(), capture_output=True)
     (judged,) = judge_plants([path], ports, 1)
     return Drawn(path, judged.conforms, "" if judged.conforms else judged.summary)
