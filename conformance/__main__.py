@@ -524,15 +524,10 @@ def write(arguments: argparse.Namespace) -> int:
     from conformance.programs.ports import read_ports, selected_ports
     from conformance.programs.writer import write_programs
     from conformance.theory.experiment_file import read_experiment
-    from conformance.theory.faults import FileFault
 
     ports = selected_ports(arguments.ports) if arguments.ports else read_ports()
     ports = {name: port for name, port in ports.items() if port.template or arguments.ports}
-    try:
-        experiment = read_experiment(arguments.file)
-    except FileFault as refused:
-        print(refused, file=sys.stderr)
-        return 2
+    experiment = read_experiment(arguments.file)
     for path in write_programs(experiment, ports.values(), arguments.to, arguments.force):
         print(plain(path, MESSAGE))
     return 0

@@ -22,11 +22,12 @@ from conformance.judging.trajectory import Array, number
 from conformance.places import PLANTS
 from conformance.theory.experiment_file import as_written
 from conformance.theory.experiments import INPUT, Experiment
-from conformance.theory.expressions import FUNCTIONS, Name
+from conformance.theory.expressions import Name
 from conformance.theory.expressions import text as written_as
 from conformance.theory.reader import read
 from conformance.theory.statements import parameters_of, statements_of
 from conformance.truth.exact import exact
+from conformance.truth.rounding import FUNCTIONS_OF_ARRAYS
 
 STEPS = 1200  # of the log that are looked at, half of them the first
 HUGE = 1e6  # states beyond are not looked at
@@ -48,7 +49,6 @@ SMALL = 0.03  # share of the way, in any window, that a method may miss; a wrong
 # ---- The closed loop, as the programs state it ----
 
 Statements = tuple[tuple[str, str], ...]
-FUNCTIONS_OF_ARRAYS = {name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in FUNCTIONS}
 NAME = re.compile(r"\b[A-Za-z]\w*\b(?!\()")
 REFERENCE = re.compile(r"r(_d+ot)?")
 CONTROL = re.compile(rf"{INPUT}|alpha\d\w*")

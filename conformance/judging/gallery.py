@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from conformance.atomic import withdraw, write_atomically
-from conformance.judging.verdict import Judgement, judge_all, summary, to_junit, write_result
+from conformance.judging.verdict import Judgement, conforming, judge_all, summary, to_junit, write_result
 from conformance.programs.ports import ROOT, selected_ports
 from conformance.programs.table import layout
 from conformance.theory.experiment_file import read_experiment
@@ -48,8 +48,7 @@ def judge_plant(experiment: Experiment, names: Sequence[str] | None = None) -> J
 def _row(experiment: Experiment, judgement: Judgement) -> tuple[str, ...]:
     shares = [r.figure / r.bound for verdict in judgement.verdicts for r in verdict.errors.values()]
     largest = f"{max(shares):.2g}" if shares else ""
-    of = judgement.verdicts
-    count = f"{sum(v.conforms for v in of)} of {sum(v.status != 'left out' for v in of)} conform"
+    count = conforming(judgement.verdicts)
     return experiment.name, str(len(experiment.states)), str(len(experiment.unknown)), count, largest
 
 

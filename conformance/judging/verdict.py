@@ -31,9 +31,9 @@ from conformance.judging.diagnosis import diagnosis
 from conformance.judging.identification import told
 from conformance.judging.measured import Measured
 from conformance.judging.report import read_report, report_problems
-from conformance.judging.trajectory import Trajectory, TrajectoryError, load
+from conformance.judging.trajectory import Array, Trajectory, TrajectoryError, load
 from conformance.programs.ports import ROOT, Port, read_ports
-from conformance.programs.table import engine_and_version, layout
+from conformance.programs.table import WITHOUT_TEMPLATE, engine_and_version, layout
 from conformance.theory.experiments import Experiment
 from conformance.truth.exact import TARGET, exact
 
@@ -159,14 +159,13 @@ def _judge_run(port: Port, experiment: Experiment, diagnose: bool) -> Verdict:
         return Verdict(port.name, "stale", f"the source has changed since; type: {port.make}", engine, stand_in)
     if run["exit_status"] != 0:
         return Verdict(port.name, "error", f"it ended with status {run['exit_status']}", engine, stand_in)
-    again = _again(port)
-    if run["command"] != port.in_place(port.ran_engine(run).command):
+    again, ran = _again(port), port.ran_engine(run)
+    if run["command"] != port.in_place(ran.command):
         reason = f"run.json tells of another command than port.toml; {again}"
         return Verdict(port.name, "stale", reason, engine, stand_in)
     if run["csv_sha256"] != port.csv_hash():
         reason = f"{port.csv.name} is not the file that the run wrote; {again}"
         return Verdict(port.name, "stale", reason, engine, stand_in)
-    ran = port.ran_engine(run)
     judged = judge_file(
         port.csv, experiment, port.stdout, None if port.plant else ran.tolerance,
         checks=checks_of(experiment), banners=ran.proprietary, diagnose=diagnose,
@@ -179,13 +178,10 @@ def explain(check: Check, result: Result) -> str:
     return f"{result}\n  usual cause: {check.cause}"
 
 
-def _with_contract(port: Port, verdict: Verdict, experiment: Experiment) -> Verdict:
+def _with_contract(port: Port, verdict: Verdict, t: Array, tolerance: Tolerance, horizon: float) -> Verdict:
     """The verdict, with what the contract asks of a port on the lesson's own experiment beyond its trajectory."""
-    if verdict.trajectory is None:
-        return verdict
     figures = [result.figure for result in verdict.errors.values()]
-    tolerance = port.ran_engine(port.run() or {}).tolerance
-    more = contract_of_ports(tolerance, figures, verdict.trajectory.t, float(experiment.horizon), port.rows)
+    more = contract_of_ports(tolerance, figures, t, horizon, port.rows)
     problems = [str(result) for result in more if not result.passed]
     reason = "\n".join(filter(None, (verdict.reason, *problems)))
     status = "fail" if problems else verdict.status
@@ -201,15 +197,15 @@ def judge_all(selected: Mapping[str, Port], experiment: Experiment) -> Judgement
     trajectories = {name: v.trajectory for name, v in verdicts.items() if v.trajectory is not None}
     solved = exact(experiment)
     tolerances = dict.fromkeys(trajectories, contract(solved))
-    for name, port in selected.items():
+    for name, trajectory in trajectories.items():
+        port = selected[name]
         if not port.plant:
-            verdicts[name] = _with_contract(port, verdicts[name], experiment)
-            if name in tolerances:
-                tolerances[name] = port.ran_engine(port.run() or {}).tolerance
+            own = tolerances[name] = port.ran_engine(port.run() or {}).tolerance
+            verdicts[name] = _with_contract(port, verdicts[name], trajectory.t, own, float(experiment.horizon))
     pairs = programs_agree(trajectories, solved, tolerances)
-    conforming = {name for name, verdict in verdicts.items() if verdict.conforms}
+    by_itself = {name for name, verdict in verdicts.items() if verdict.conforms}
     for pair, result in pairs.items():
-        if not result.passed and conforming.issuperset(pair):
+        if not result.passed and by_itself.issuperset(pair):
             for name in pair:
                 reason = f"{verdicts[name].reason}\n{result}".strip()
                 verdicts[name] = replace(verdicts[name], status="fail", reason=reason)
@@ -220,18 +216,23 @@ def judge_all(selected: Mapping[str, Port], experiment: Experiment) -> Judgement
 
 def _left_out(port: Port, of_a_plant: bool) -> Verdict:
     lacks = of_a_plant and not port.template
-    why = "it has no template, and takes part in the lesson alone" if lacks else "PORTS does not name it"
+    why = f"it {WITHOUT_TEMPLATE}" if lacks else "PORTS does not name it"
     return Verdict(port.name, "left out", why)
 
 
 # ---- Telling ----
 
 
+def conforming(verdicts: Sequence[Verdict]) -> str:
+    """How many conform, of those that were asked for."""
+    asked = sum(verdict.status != "left out" for verdict in verdicts)
+    return f"{sum(verdict.conforms for verdict in verdicts)} of {asked} conform"
+
+
 def headline(verdicts: Sequence[Verdict]) -> str:
     """The count, honestly: what conforms, what does not and why not, and which engine stood in for which."""
     counts = Counter(verdict.status for verdict in verdicts)
-    asked = len(verdicts) - counts["left out"]
-    parts = [f"{counts['pass']} of {asked} conform"]
+    parts = [conforming(verdicts)]
     for status in STATUSES[1:-1]:
         if counts[status]:
             named = ", ".join(_named(verdict) for verdict in verdicts if verdict.status == status)

@@ -30,7 +30,8 @@ SHAPES: dict[Any, str] = {
 }
 
 LESSON = "Chapter17_Lesson1"  # the stem of its programs
-SIX = ("cpp", "java", "mathematica", "matlab", "python", "simulink")  # the lesson's; any other port is a guest
+SIX = ("python", "cpp", "java", "matlab", "simulink", "mathematica")  # in the lesson's order; any other is a guest
+MODEL = "cpp"  # whose statements and wording a guest is shown
 
 
 @dataclass(frozen=True)

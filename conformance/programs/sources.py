@@ -2,7 +2,7 @@
 """The programs as text: their sections, their tagged statements, and the lesson's steps that these mark."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import dedent
 from typing import NamedTuple
@@ -112,6 +112,13 @@ def statements(port: Port, text: str, names: Mapping[str, str] | None = None) ->
     return [(tag, snake(wording), statement(port, text, names)) for text, tag, wording in found if text.strip(" %")]
 
 
+def first_line(lines: Sequence[str], number: int) -> int:
+    """Where a statement begins whose last line this is: each line but the first begins with an operator."""
+    while re.match(r" *'? *[-+*/] ", lines[number]):
+        number -= 1
+    return number
+
+
 class Tagged(NamedTuple):
     """A tagged statement as it stands in a program, without its comment: section, a few words, and the code."""
 
@@ -127,9 +134,7 @@ def tagged(port: Port) -> list[Tagged]:
     lines, found = list(map(_unquoted, code(port).splitlines())), []
     for i, line in enumerate(lines):
         if match := pattern.fullmatch(line):
-            start = i
-            while re.match(r" *[-+*/] ", lines[start]):
-                start -= 1
+            start = first_line(lines, i)
             text = dedent("\n".join([*lines[start:i], match["text"]])).rstrip()
             found.append(Tagged(match["tag"], snake(match["wording"]), text))
     return found

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from conformance.programs.ports import Port
 from conformance.programs.spelling import Spelling
-from conformance.theory.experiments import Experiment
+from conformance.theory.experiments import Experiment, starts_of
 from conformance.theory.expressions import FUNCTIONS
 from conformance.theory.statements import parameters_of, statements_of
 
@@ -69,7 +69,7 @@ def closed_loop(experiment: Experiment) -> Callable[[float, State], State]:
     """The right-hand side of the closed loop in doubles, from the statements that the programs write."""
     statements = statements_of(experiment)
     constants = [c.name for c in parameters_of(experiment)]
-    state = [*experiment.states, *experiment.estimates]
+    state = experiment.names
     names = dict.fromkeys([*state, *constants, *(s.name for s in statements)])
     spelling = Spelling(PYTHON, constants, names, lambda name: RESERVED)
     lines = [f"{spelling.name(c.name)} = {float(c.value)!r}" for c in parameters_of(experiment)]
@@ -89,7 +89,7 @@ RESERVED = frozenset(
 
 def initial_state(experiment: Experiment) -> State:
     """The state and the estimates at t = 0."""
-    return (*map(float, experiment.start), *(float(q.start) for q in experiment.unknown))
+    return tuple(map(float, starts_of(experiment).values()))
 
 
 def trajectory(slope: Callable[[float, State], State], start: State, horizon: Fraction, step: Fraction) -> list[State]:

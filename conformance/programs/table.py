@@ -12,12 +12,15 @@ HOW = "bubblewrap gives one to open engines; its package is bubblewrap"
 HEAD = ("port", "engine and version", "rows", "final tracking error", "final estimate", "seconds")
 
 
+WITHOUT_TEMPLATE = "has no template, and takes part in the lesson alone"  # of a port, where a plant is asked for
+
+
 def table(ports: Iterable[Port], lacking: Iterable[str] = ()) -> str:
     """One line per port, from run.json and the CSV's last row; a port that did not run says so.
 
     `lacking` are the names of those that have no template, of which a plant has no program.
     """
-    without = [(name, "has no template, and takes part in the lesson alone", "", "", "", "") for name in lacking]
+    without = [(name, WITHOUT_TEMPLATE, "", "", "", "") for name in lacking]
     return layout([HEAD, *map(row, ports), *without])
 
 

@@ -12,15 +12,31 @@ from conformance.judging.trajectory import Trajectory, load
 from conformance.places import PLANTS
 from conformance.programs.new_port import AWK as AWK
 from conformance.programs.new_port import write_skeleton
-from conformance.programs.ports import ROOT, SIX, Engine, Port, read_ports, selected_ports
+from conformance.programs.ports import MODEL, ROOT, Engine, Port, read_ports, selected_ports
 from conformance.programs.run import as_a_user
 from conformance.theory.experiment_file import as_written
 from conformance.theory.lesson import LESSON
 
 PORTS = selected_ports()
-FIRST = read_ports()[SIX[0]]  # whose statements and wording all share
+FIRST = read_ports()[MODEL]  # whose statements and wording all share
 PROBLEM_6, NO_EXCITATION = (as_written(PLANTS / f"{name}.toml") for name in ("problem_6", "no_excitation"))
 GUESTS = ROOT / "conformance/tests/data"  # ports that are none of the six
+
+ONE_STATE = """title = "One state, by itself"
+name = "one"
+source = "ours"
+[plant]
+level = "u - c*level^3"
+[unknown]
+c = ["0.5", "0"]
+[design]
+k = ["1"]
+Gamma = "1"
+[experiment]
+reference = "0.5*sin(t)"
+start = ["0.2"]
+horizon = "2"
+"""
 
 
 @functools.cache

@@ -167,8 +167,12 @@ def family_of(experiment: Experiment, fixed: bool = False) -> Experiment:
     values |= {name: value for name, value in e.constants if fixed}
     values |= {name: Fraction((v > 0) - (v < 0)) for name, v in e.constants if name in in_rows and not fixed}
     values |= {name: Fraction(i) for i, name in enumerate(e.gammas, 1)} if is_diagonal(e) else e.gammas
-    bare = replace(e, title="", name="", source="", step=None, tolerance=None, symbols=(), facts=())
-    return with_values(bare, {**values, HORIZON: Fraction(1)})
+    return with_values(bare(e), {**values, HORIZON: Fraction(1)})
+
+
+def bare(experiment: Experiment) -> Experiment:
+    """The experiment without its words and what is known of it, on which no number of its solution depends."""
+    return replace(experiment, title="", name="", source="", step=None, tolerance=None, symbols=(), facts=())
 
 
 def is_diagonal(experiment: Experiment) -> bool:

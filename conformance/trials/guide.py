@@ -14,7 +14,7 @@ from conformance.judging.report import read_report, report_problems
 from conformance.judging.trajectory import TrajectoryError, load
 from conformance.judging.verdict import Judgement, judge_file, judge_port
 from conformance.programs.new_port import AWK
-from conformance.programs.ports import ROOT, SIX, Port, read_ports
+from conformance.programs.ports import MODEL, ROOT, SIX, Port, read_ports
 from conformance.programs.run import as_a_user, choose_engine, engine_version
 from conformance.programs.sources import SECTIONS, WORKS, cut, frame, sections, source, statements
 from conformance.programs.spelling import spelled
@@ -209,7 +209,7 @@ STAGES = (
 
 
 def _first() -> Port:
-    return read_ports()[SIX[0]]
+    return read_ports()[MODEL]
 
 
 def _facts(port: Port) -> str:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from conformance.judging.verdict import judge_port
 from conformance.programs.ports import ROOT, Port, read_ports
+from conformance.programs.sources import first_line
 from conformance.programs.table import layout
 from conformance.programs.writer import write
 from conformance.theory.experiments import Experiment, with_values
@@ -90,18 +91,10 @@ def _arithmetic(port: Port, text: str) -> Iterator[int]:
     lines = text.splitlines(keepends=True)
     for number, line in enumerate(lines):
         if begin <= place < integrate and tagged.search(line):
-            yield from range(number - _lines_before(lines, number), number + 1)
+            yield from range(first_line(lines, number), number + 1)
         if integrate <= place < end and step.search(line.partition(port.comment[0])[0]):
             yield number
         place += len(line)
-
-
-def _lines_before(lines: Sequence[str], number: int) -> int:
-    """How many lines a statement has before the one that its tag stands on: each but the first begins with a sign."""
-    count = 0
-    while re.match(r" *'? *[-+*/] ", lines[number - count]):
-        count += 1
-    return count
 
 
 def changes(code: str) -> Iterator[str]:
@@ -125,9 +118,14 @@ def _other(number: str) -> str:
 # ---- Judging ----
 
 
-def fates(made: Sequence[Mutant], folder: Path = ROOT / "build" / "mutants") -> list[Fate]:
+def fates(
+    made: Sequence[Mutant],
+    folder: Path = ROOT / "build" / "mutants",
+    experiment: Experiment = EXPERIMENT,
+    copy: Callable[[Path], None] = copy_what_runs,
+) -> list[Fate]:
     """Run what is not up to date, and judge every mutant."""
-    return [_fate(mutant, one, EXPERIMENT) for mutant, one in run(made, folder)]
+    return [_fate(mutant, one, experiment) for mutant, one in run(made, folder, copy)]
 
 
 def lively(experiment: Experiment) -> Experiment:
@@ -156,9 +154,9 @@ def fates_of_plant(experiment: Experiment, ports: Iterable[Port]) -> list[Fate]:
 
 
 def fates_of(made: Sequence[Mutant], experiment: Experiment) -> list[Fate]:
-    """Run what is not up to date of mutants of a plant's programs, and judge them."""
-    ran = run(made, ROOT / "build" / "mutants" / experiment.name, partial(copy_with_programs, experiment))
-    return [_fate(mutant, one, experiment) for mutant, one in ran]
+    """The fates of mutants of a plant's programs."""
+    folder = ROOT / "build" / "mutants" / experiment.name
+    return fates(made, folder, experiment, partial(copy_with_programs, experiment))
 
 
 def run(

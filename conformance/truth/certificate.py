@@ -14,8 +14,8 @@ from flint import arb, arb_poly, fmpq
 from conformance.truth import certify
 from conformance.truth.certify import FORMAT, Certificate, Matrix, NotProven, Spread, Step, upper
 from conformance.truth.piecewise import Floats
-from conformance.truth.taylor import Program, coefficients, compile_program, precision, variational
-from conformance.truth.truth import Ball, Enclosure, InitialValueProblem
+from conformance.truth.taylor import Program, coefficients, precision, variational
+from conformance.truth.truth import Ball, Enclosure, InitialValueProblem, compiled
 
 ORDER = 12  # of the frames
 DIGITS = 16  # bits of their coefficients: any frames do, if they nearly solve the variational equation
@@ -176,11 +176,6 @@ def same_problem(problem: InitialValueProblem, found: Certificate) -> bool:
     program, rhs = straight_line(compiled(problem))
     wanted = (list(problem.names), program, rhs, _starts(problem))
     return (found.names, found.program, found.rhs, found.start) == wanted and found.horizon >= rational(problem.horizon)
-
-
-def compiled(problem: InitialValueProblem) -> Program:
-    """Its right-hand sides."""
-    return compile_program(problem.time, problem.states, problem.rhs, problem.definitions)
 
 
 def _starts(problem: InitialValueProblem) -> list[tuple[fmpq, fmpq]]:

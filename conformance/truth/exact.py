@@ -14,7 +14,7 @@ import io
 import math
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from conformance.places import PACKAGE, proofs
-from conformance.theory.experiments import Experiment, family_of, numbers_of_loop, starts_of
+from conformance.theory.experiments import Experiment, bare, family_of, numbers_of_loop, starts_of
 from conformance.truth import cache, closed_loop
 from conformance.truth.piecewise import DEGREE, Floats, Table
 from conformance.truth.rounding import rounding
@@ -193,7 +193,7 @@ def exact(experiment: Experiment, target: float = TARGET, progress: Progress | N
 
     `progress` is told the time reached (s). Raises ProofEnded where the proof cannot be continued to the horizon.
     """
-    key = _key((_solved(experiment), target))
+    key = _key((bare(experiment), target))
     path = KEPT / f"{key}.exact"
     payload = cache.read(path, key)
     if payload is not None:
@@ -205,11 +205,6 @@ def exact(experiment: Experiment, target: float = TARGET, progress: Progress | N
     found = unpacked(experiment, payload)
     assert found is not None
     return found
-
-
-def _solved(experiment: Experiment) -> Experiment:
-    """The experiment without its words and what is known of it, on which no number depends."""
-    return replace(experiment, title="", name="", source="", step=None, tolerance=None, symbols=(), facts=())
 
 
 @functools.lru_cache(maxsize=64)

@@ -123,9 +123,9 @@ def truth_table(
     A value has `digits` significant digits; its radius, rounded up, covers the enclosure and the rounding of the value.
     Raises ValueError for a time outside of the enclosure, ProofEnded where there is none.
     """
-    enclosed = enclose(problem(experiment), min(1e-18, 10.0**-digits), progress=progress)
-    loop = loop_of(experiment)
-    errors = ball_function(problem(experiment), [*loop.z, loop.V])
+    flow, loop = problem(experiment), loop_of(experiment)
+    enclosed = enclose(flow, min(1e-18, 10.0**-digits), progress=progress)
+    errors = ball_function(flow, [*loop.z, loop.V])
     yield ["t", *(text for name in printed_of(experiment) for text in (name, f"{name}_radius"))]
     for t in times:
         with precision(enclosed.bits):

@@ -9,11 +9,23 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from conformance.theory.expressions import Call, Expression, Name, Negative, Number, Power, Product, Quotient, Sum
+from conformance.theory.expressions import (
+    FUNCTIONS,
+    Call,
+    Expression,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
 from conformance.truth.piecewise import Floats
 
 UNIT = 2.0**-52
 OF_FUNCTION = 4 * UNIT
+FUNCTIONS_OF_ARRAYS = {name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in FUNCTIONS}
 SLOPES = {  # of the functions, from argument and value
     "sin": lambda a, v: np.cos(a),
     "cos": lambda a, v: np.sin(a),
@@ -68,6 +80,6 @@ def _worth(e: Expression, values: Mapping[str, float], t: Floats) -> tuple[Float
             return own(a**n, np.abs(n * a ** (n - 1)) * error, OF_FUNCTION)
         case Call(function, argument):
             a, error = w(argument)
-            value = getattr(np, {"atan": "arctan"}.get(function, function))(a)
+            value = FUNCTIONS_OF_ARRAYS[function](a)
             return own(value, np.abs(SLOPES[function](a, value)) * error, OF_FUNCTION)
     raise AssertionError(e)

@@ -26,7 +26,7 @@ from conformance.truth import enclosure
 from conformance.truth.dense import tabulate
 from conformance.truth.enclosure import BUDGET, Budget, Progress, ProofEnded
 from conformance.truth.piecewise import Floats, Table
-from conformance.truth.taylor import Definition, coefficients, compile_program, exact, precision
+from conformance.truth.taylor import Definition, Program, coefficients, compile_program, exact, precision
 
 __all__ = ["Ball", "Enclosure", "ExactStep", "InitialValueProblem", "ProofEnded", "enclose"]
 
@@ -206,6 +206,11 @@ def _text(polynomial: Sequence[arb]) -> str:
     return " ".join(f"{int(m):x} {int(e)}" for m, e in (c.man_exp() for c in polynomial))
 
 
+def compiled(problem: InitialValueProblem) -> Program:
+    """The right-hand sides of a problem, as what Taylor coefficients are computed by."""
+    return compile_program(problem.time, problem.states, problem.rhs, problem.definitions)
+
+
 def ball_function(
     problem: InitialValueProblem, expressions: Sequence[sp.Expr]
 ) -> Callable[[Fraction, Sequence[arb]], list[arb]]:
@@ -234,7 +239,7 @@ def enclose(
     """
     if not SMALLEST <= target <= LARGEST:
         raise ValueError(f"the target radius must lie between {SMALLEST:g} and {LARGEST:g}, not {target}")
-    program = compile_program(problem.time, problem.states, problem.rhs, problem.definitions)
+    program = compiled(problem)
     with ONE_AT_A_TIME:
         steps = enclosure.prove(program, problem.start_balls, problem.end, target, Budget(budget, progress))
         bits = max(step.bits for step in steps)

@@ -4,7 +4,7 @@
 import base64
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -81,9 +81,10 @@ def said(names: str, unit: str = "") -> str:
 
 
 def _plain_letters(name: str) -> str:
-    stem, digits, hat = re.fullmatch(r"(.*?)(\d*)(_hat)?", name).groups()  # type: ignore[union-attr]
+    bare = name.removesuffix("_hat")
+    stem = bare.rstrip("0123456789")
     greek = unicodedata.lookup(f"GREEK SMALL LETTER {stem.upper()}") if stem in GREEK and stem.islower() else stem
-    return greek + ("\N{COMBINING CIRCUMFLEX ACCENT}" if hat else "") + digits.translate(SUBSCRIPTS)
+    return greek + "\N{COMBINING CIRCUMFLEX ACCENT}" * (bare != name) + bare[len(stem) :].translate(SUBSCRIPTS)
 
 
 def signals(exact: Exact, t: Array, states: Array) -> dict[str, Array]:
@@ -126,19 +127,22 @@ def exact_curves(exact: Exact) -> dict[str, Array]:
 
 
 def pictures(
-    experiment: Experiment,
+    panels: Iterable[Panel],
     solution: Exact,
+    known: dict[str, Array],
     drawn: Mapping[str, Mapping[str, Array]],
     bounds: Mapping[str, Mapping[str, float]],
     colours: int,
 ) -> dict[str, Markup]:
-    """The charts of all programs as vectors, by signal; `bounds` are their tolerances, by program and state."""
-    t, exact = GRID * solution.setting.horizon, exact_curves(solution)
+    """The charts of all programs as vectors, by signal; `known` are the exact curves, `bounds` the tolerances."""
+    t = GRID * solution.setting.horizon
     one = np.ones_like(t)
-    exact |= {name: value * one for name, value in zip(solution.setting.unknown, solution.setting.theta, strict=True)}
+    exact = known | {
+        name: value * one for name, value in zip(solution.setting.unknown, solution.setting.theta, strict=True)
+    }
     colour = {name: f"var(--colour-{i % colours})" for i, name in enumerate(bounds)}
     found = {}
-    for panel in (*panels(experiment), *error_panels(experiment)):
+    for panel in panels:
         state = panel.signal.removeprefix("error_")
         beside = [Line(exact[panel.beside], "var(--quiet)", 1.25, "4 4")] if panel.beside in exact else []
         if panel.beside == "tolerance":

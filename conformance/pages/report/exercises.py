@@ -19,10 +19,10 @@ from conformance.pages.exercises import diff
 from conformance.pages.report.curves import GRID, Panel, packed, panels
 from conformance.pages.report.listing import highlighted_lines
 from conformance.pages.report.picture import Line, picture
-from conformance.programs.ports import ROOT, Port, read_ports
+from conformance.programs.ports import ROOT, Port
 from conformance.theory.experiments import Experiment, values_of, with_values
 from conformance.theory.lesson import LESSON
-from conformance.trials.variant import Variant
+from conformance.trials.variant import Variant, in_tree
 from conformance.truth.exact import exact
 
 KILL_MATRIX = ROOT / "build" / "kill-matrix.json"
@@ -86,12 +86,9 @@ def _diffs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Marku
 
 def _runs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Trajectory]]:
     """(language, trajectory) of every program that left a CSV of the variant."""
-    in_tree = read_ports(variant.tree)
     for port in ports:
-        try:
-            yield port.language, load(in_tree[port.name].csv, variant.experiment)
-        except (KeyError, TrajectoryError):
-            continue
+        with suppress(TrajectoryError):
+            yield port.language, load(in_tree(port, variant.tree).csv, variant.experiment)
 
 
 def thinned(trajectory: Trajectory) -> dict[str, Array]:

@@ -35,7 +35,7 @@ from conformance.pages.report.playground import playground
 from conformance.pages.report.rows import Part, parts
 from conformance.pages.report.symbols import Notation, Symbol, symbols_of
 from conformance.pages.report.typesetting import MODULES, Typesetter, type_css, version_of
-from conformance.programs.ports import ROOT, Port
+from conformance.programs.ports import ROOT, SIX, Port
 from conformance.programs.sources import source
 from conformance.programs.table import engine_and_version
 from conformance.theory.derivation import Derivation, derivation
@@ -70,9 +70,6 @@ class Program:
     address: str  # that holds the source
 
 
-ORDER = ("python", "cpp", "java", "matlab", "simulink", "mathematica")  # the lesson's
-
-
 def page_of(experiment: Experiment) -> Path:
     """Where the page of an experiment lies."""
     return PAGE if experiment == LESSON else ROOT / "build" / experiment.name / "report" / "index.html"
@@ -90,19 +87,21 @@ def page(ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment
             raise ValueError(f"{port.plant}: found no program for {port.name}, expected that of make all PLANT=FILE")
     derived = derivation(experiment)
     notation = Notation(derived)
-    ports = dict(sorted(ports.items(), key=lambda item: ORDER.index(item[0]) if item[0] in ORDER else len(ORDER)))
+    ports = dict(sorted(ports.items(), key=lambda item: SIX.index(item[0]) if item[0] in SIX else len(SIX)))
     verdicts = {name: next(v for v in judgement.verdicts if v.name == name) for name in ports}
     shown_parts = parts(experiment, notation, ports.values())
     programs = [program(port, verdicts[name], i % COLOURS, shown_parts) for i, (name, port) in enumerate(ports.items())]
     solution = exact(experiment)
     lesson = experiment == LESSON
-    play = playground(solution, read_variants().values(), None if lesson else experiment)
-    environment, typesetter = environment_of(symbols_of(experiment, notation), notation)
+    variants = read_variants() if lesson else {}
+    play = playground(solution, variants.values(), None if lesson else experiment)
+    symbols = symbols_of(experiment, notation)
+    environment, typesetter = environment_of(symbols, notation)
     html = environment.get_template("page.html").render(
         raw=raw(environment),
         programs=programs,
         **facts(list(verdicts.values()), {name: port.language for name, port in ports.items()}, judgement),
-        **derivation_shown(derived, notation, shown_parts),
+        **derivation_shown(derived, notation, symbols, shown_parts),
         title=experiment.title,
         opening=opening(experiment),
         rest=at_rest(experiment) if lesson else None,
@@ -110,7 +109,7 @@ def page(ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment
         source=experiment.source,
         parts=shown_parts,
         **trajectories(list(verdicts.values()), experiment, solution),
-        **exercises(ports if lesson else {}, read_variants() if lesson else {}),
+        **exercises(ports, variants),
         playground=play,
         playground_data=Markup(embedded(play.data)),
         faces=type_css(),
@@ -153,13 +152,15 @@ def facts(verdicts: list[Verdict], languages: Mapping[str, str], judgement: Judg
     }
 
 
-def derivation_shown(derived: Derivation, notation: Notation, shown_parts: Sequence[Part]) -> dict[str, Any]:
+def derivation_shown(
+    derived: Derivation, notation: Notation, symbols: Sequence[Symbol], shown_parts: Sequence[Part]
+) -> dict[str, Any]:
     """What the derivation says: the plant, V, each step, the theorem."""
     e, n = derived.experiment, len(derived.experiment.states)
     by_name = {equation.name: equation for part in derived.parts for equation in part.equations}
     zs = [notation.name(f"z{i}") for i in range(1, n + 1)]
     losses = notation.expression(negative(by_name["V_dot"].expression))
-    gammas = [name for name in (s.name for s in symbols_of(e, notation)) if re.fullmatch(r"gamma\d*", name)]
+    gammas = [name for name in (s.name for s in symbols) if re.fullmatch(r"gamma\d*", name)]
     ks = ", ".join(notation.name(f"k{i}") for i in range(1, n + 1))
     return {
         "n": n,
@@ -187,14 +188,15 @@ def trajectories(verdicts: list[Verdict], experiment: Experiment, solution: Exac
     """What the curves are drawn from."""
     drawn = {v.name: curves(solution, v.trajectory) for v in verdicts if v.trajectory}
     bounds = {v.name: {state: result.bound for state, result in v.errors.items()} for v in verdicts}
+    signals, of_errors, known = panels(experiment), error_panels(experiment), exact_curves(solution)
     return {
-        "panels": panels(experiment),
-        "error_panels": error_panels(experiment),
+        "panels": signals,
+        "error_panels": of_errors,
         "points": GRID.size,
         "drawn": list(drawn),
-        "pictures": pictures(experiment, solution, drawn, bounds, COLOURS),
+        "pictures": pictures((*signals, *of_errors), solution, known, drawn, bounds, COLOURS),
         "horizon": f"{solution.setting.horizon:g}",
-        "data": Markup(embedded(data(solution, drawn, bounds))),
+        "data": Markup(embedded(data(solution, known, drawn, bounds))),
     }
 
 
@@ -281,7 +283,10 @@ def diagram(port: Port) -> str:
 
 
 def data(
-    solution: Exact, drawn: Mapping[str, Mapping[str, Array]], bounds: Mapping[str, Mapping[str, float]]
+    solution: Exact,
+    known: Mapping[str, Array],
+    drawn: Mapping[str, Mapping[str, Array]],
+    bounds: Mapping[str, Mapping[str, float]],
 ) -> dict[str, Any]:
     """What the scripts draw: curves in single precision, base64, on one grid; tolerances per column."""
     setting = solution.setting
@@ -289,7 +294,7 @@ def data(
         "horizon": setting.horizon,
         "parameters": dict(zip(setting.unknown, map(float, setting.theta), strict=True)),
         "grid": packed({"t": GRID * setting.horizon})["t"],
-        "exact": packed(exact_curves(solution)),
+        "exact": packed(known),
         "ports": {name: packed(values) for name, values in drawn.items()},
         "tolerance": bounds,
     }

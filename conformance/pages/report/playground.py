@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The playground: its programs, written like those of the languages, its sliders, mistakes, starts and questions."""
 
+import functools
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
@@ -20,7 +21,8 @@ from conformance.pages.report.curves import GRID, exact_curves
 from conformance.pages.report.exercises import marked
 from conformance.pages.report.listing import highlighted_lines, listing
 from conformance.pages.report.picture import Line, picture
-from conformance.programs.ports import ROOT, Port
+from conformance.places import PLANTS
+from conformance.programs.ports import LESSON, Port
 from conformance.programs.spelling import Spelling
 from conformance.programs.writer import Program, templates
 from conformance.theory.derivation import letter
@@ -54,7 +56,6 @@ PROGRAM = Port(
     """,
     template="program.js.jinja",
 )
-LESSON = "Chapter17_Lesson1"
 STARTS = {LESSON: "the lesson", "no_excitation": "Problem 4", "problem_6": "Problem 6"}  # of plants/: title
 STEPS = 240  # of a slider
 GAINS = 20.0  # by which a gain may differ from the experiment's, either way
@@ -121,6 +122,7 @@ def read_questions() -> list[Question]:
 # ---- Programs ----
 
 
+@functools.lru_cache(64)
 def program_text(experiment: Experiment, variant: Variant | None = None) -> str:
     """The program, or the one that makes a mistake; raises ValueError where the mistake's text is not in it once."""
     program = Program(experiment, PROGRAM, statements_of(experiment))
@@ -393,7 +395,7 @@ def playground(solution: Exact, variants: Iterable[Variant] = (), plant: Experim
             questions=[],
             drawings=list(drawings(plant, solution)),
         )
-    starts = {name: (title, read_experiment(ROOT / "plants" / f"{name}.toml")) for name, title in STARTS.items()}
+    starts = {name: (title, read_experiment(PLANTS / f"{name}.toml")) for name, title in STARTS.items()}
     experiment = starts[LESSON][1]
     return Playground(
         starts=starts,

@@ -24,6 +24,7 @@ from conformance.judging.report import read_report, report_problems
 from conformance.judging.trajectory import load
 from conformance.judging.verdict import Verdict, judge_file
 from conformance.programs.ports import ROOT
+from conformance.tests.under_test import ONE_STATE
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import Experiment
 from conformance.theory.identity import prove
@@ -315,27 +316,10 @@ def conformance(*words: str | Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", "conformance", *words], cwd=ROOT, capture_output=True, text=True)
 
 
-SHORT = """title = "One state, by itself"
-name = "one"
-source = "ours"
-[plant]
-level = "u - c*level^3"
-[unknown]
-c = ["0.5", "0"]
-[design]
-k = ["1"]
-Gamma = "1"
-[experiment]
-reference = "0.5*sin(t)"
-start = ["0.2"]
-horizon = "2"
-"""
-
-
 @pytest.fixture
 def plant(tmp_path: Path) -> Path:
     path = tmp_path / "one.toml"
-    path.write_text(SHORT)
+    path.write_text(ONE_STATE)
     return path
 
 
@@ -360,14 +344,14 @@ def test_a_certificate_of_any_plant_is_checked(plant: Path, tmp_path: Path) -> N
     assert conformance("truth", "--plant", plant, "--certificate", tmp_path / "proof").returncode == 0
     answer = conformance("certify", tmp_path / "proof", "--plant", plant)
     assert answer.returncode == 0 and "level, c_hat on [0, " in answer.stdout, answer.stderr
-    plant.write_text(SHORT.replace("0.2", "0.20001"))
+    plant.write_text(ONE_STATE.replace("0.2", "0.20001"))
     answer = conformance("certify", tmp_path / "proof", "--plant", plant)
     assert answer.returncode == 1 and "it is of another problem than" in answer.stdout
 
 
 @pytest.mark.parametrize("command", [["truth"], ["validate", "one.csv"]])
 def test_a_fault_of_the_file_is_shown_at_its_place(command: list[str], plant: Path, tmp_path: Path) -> None:
-    plant.write_text(SHORT.replace("c*level^3", "c*level^"))
+    plant.write_text(ONE_STATE.replace("c*level^3", "c*level^"))
     (tmp_path / "one.csv").write_text("")
     words = [tmp_path / word if word.endswith(".csv") else word for word in command]
     answer = conformance(*words, "--plant", plant)
@@ -378,7 +362,7 @@ def test_a_fault_of_the_file_is_shown_at_its_place(command: list[str], plant: Pa
 def test_a_design_that_nobody_reads_is_refused_unless_asked_for(tmp_path: Path) -> None:
     plant = tmp_path / "long.toml"
     rows = "\n".join(f'x{i} = "x{i + 1} + theta*x{i}^2"' for i in range(1, 6))
-    text = SHORT.replace('level = "u - c*level^3"', f'{rows}\nx6 = "u"').replace("c = [", "theta = [")
+    text = ONE_STATE.replace('level = "u - c*level^3"', f'{rows}\nx6 = "u"').replace("c = [", "theta = [")
     text = text.replace('["1"]', "[1, 1, 1, 1, 1, 1]").replace('["0.2"]', "[0, 0, 0, 0, 0, 0]")
     plant.write_text(text)
     answer = conformance("truth", "--plant", plant)

@@ -15,11 +15,11 @@ from typing import Literal
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
+from playwright.sync_api import Browser, FloatRect, Locator, Page, expect, sync_playwright
 
 from conformance.judging.verdict import judge_all, judge_file
 from conformance.pages.report import chromium
-from conformance.pages.report.page import ORDER, write_page
+from conformance.pages.report.page import write_page
 from conformance.pages.report.playground import playground, read_questions
 from conformance.programs.ports import ROOT, SIX, Port, read_ports
 from conformance.programs.sources import source
@@ -84,6 +84,13 @@ def show_charts(charts: Locator) -> None:
                 expect(chart.locator("canvas")).to_have_count(1, timeout=2000)
                 break
         expect(chart.locator("canvas")).to_have_count(1)
+
+
+def box_of(one: Locator) -> FloatRect:
+    """Where an element stands on the screen (px)."""
+    box = one.bounding_box()
+    assert box
+    return box
 
 
 def show_all(page: Page) -> None:
@@ -176,7 +183,7 @@ def test_figure_of_a_check_shows_at_the_pointer_and_at_the_focus(page: Page) -> 
 
 
 def test_refused_and_missing_programs_say_why(browser: Browser, tmp_path: Path) -> None:
-    names = list(SIX[:2])  # the first has run, the second has not
+    names = sorted(SIX)[:2]  # the first has run, the second has not
     for name in names:
         shutil.copytree(read_ports()[name].folder, tmp_path / read_ports()[name].folder.name, dirs_exist_ok=True)
     shutil.copytree(read_ports()[names[0]].build, tmp_path / "build" / names[0])
@@ -266,8 +273,7 @@ def test_time_is_zoomed_in_all_charts(page: Page) -> None:
 def test_dragging_across_a_chart_zooms(page: Page) -> None:
     chart = page.locator("#trajectories [data-signal=x1] .u-over")
     chart.scroll_into_view_if_needed()
-    box = chart.bounding_box()
-    assert box
+    box = box_of(chart)
     page.mouse.move(box["x"] + box["width"] / 4, box["y"] + 20)
     page.mouse.down()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 20, steps=3)
@@ -296,8 +302,7 @@ def top(page: Page, selector: str) -> float:
 
 def click_in_place(page: Page, selector: str) -> None:
     """Click what is in view; Playwright's own click may scroll before."""
-    box = page.locator(selector).bounding_box()
-    assert box
+    box = box_of(page.locator(selector))
     page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
 
 
@@ -311,8 +316,8 @@ def test_two_clicks_set_java_beside_matlab_and_mark_what_differs(browser: Browse
     for port in ("java", "matlab"):
         click_in_place(page, f"[data-code={port}]")
     assert abs(top(page, "#row-z2") - before) < 2, "the reader's place is lost"
-    boxes = [page.locator(f"#row-tau2 [data-port={port}]").bounding_box() for port in ("java", "matlab")]
-    assert all(boxes) and boxes[0]["y"] == boxes[1]["y"]  # type: ignore[index]
+    java, matlab = (box_of(page.locator(f"#row-tau2 [data-port={port}]")) for port in ("java", "matlab"))
+    assert java["y"] == matlab["y"]
     assert all(
         not page.locator(f"#row-tau2 [data-port={port}]").is_visible() for port in PORTS.keys() - {"java", "matlab"}
     )
@@ -386,7 +391,7 @@ def test_search_goes_to_a_statement_and_keys_choose_languages(browser: Browser, 
     for digit in ("1", "2"):
         page.keyboard.press(digit)
     shown = page.locator("#code [data-code][aria-pressed=true]")
-    assert shown.evaluate_all("(buttons) => buttons.map((b) => b.dataset.code)") == [n for n in ORDER if n in PORTS][:2]
+    assert shown.evaluate_all("(buttons) => buttons.map((b) => b.dataset.code)") == [n for n in SIX if n in PORTS][:2]
     page.keyboard.press("0")
     assert shown.count() == len(PORTS)
     page.evaluate("document.querySelector('#step-1').scrollIntoView()")
@@ -494,13 +499,12 @@ def test_chart_is_read_and_zoomed_by_keys(page: Page) -> None:
 def test_two_fingers_zoom_a_chart(browser: Browser, report: Path) -> None:
     other = open_page(browser, report, NARROW_DARK)
     show_charts(other.page.locator("#trajectories [data-signal=x1]"))
-    box = other.page.locator("#trajectories [data-signal=x1] .u-over").bounding_box()
-    assert box
+    box = box_of(other.page.locator("#trajectories [data-signal=x1] .u-over"))
     session = other.page.context.new_cdp_session(other.page)
 
     def touch(kind: str, *shares: float) -> None:
-        y = box["y"] + box["height"] / 2  # type: ignore[index]
-        fingers = [{"x": box["x"] + s * box["width"], "y": y, "id": i} for i, s in enumerate(shares)]  # type: ignore[index]
+        y = box["y"] + box["height"] / 2
+        fingers = [{"x": box["x"] + s * box["width"], "y": y, "id": i} for i, s in enumerate(shares)]
         session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
 
     touch("touchStart", 0.4)

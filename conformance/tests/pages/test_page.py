@@ -20,13 +20,13 @@ from conformance.pages.report.curves import GRID, curves, leaders, signals
 from conformance.pages.report.evidence import DECADES, cell, errors, in_words, outcome
 from conformance.pages.report.exercises import marked, solved
 from conformance.pages.report.listing import highlighted, highlighting
-from conformance.pages.report.page import HERE, ORDER, derivation_shown, raw
+from conformance.pages.report.page import HERE, derivation_shown, raw
 from conformance.pages.report.picture import BOTTOM, HEIGHT, LEFT, RIGHT, ROOM, TOP, WIDTH, Line, picture
 from conformance.pages.report.playground import PROGRAM, Playground, playground, program_text, references
 from conformance.pages.report.rows import Row, parts
-from conformance.pages.report.symbols import Notation
+from conformance.pages.report.symbols import Notation, symbols_of
 from conformance.pages.report.typesetting import NODE, typeset
-from conformance.programs.ports import ROOT, Port
+from conformance.programs.ports import ROOT, SIX, Port
 from conformance.programs.sources import STEPS, cut, source, statements, tagged
 from conformance.tests.under_test import FIRST, PORTS, trajectory_of
 from conformance.theory.derivation import derivation
@@ -71,7 +71,7 @@ def test_every_link_leads_somewhere(html: str) -> None:
 
 def test_every_program_shows_every_part_in_the_lessons_order(html: str) -> None:
     columns = re.findall(r'class="column" data-port="(\w+)" data-part="([\w-]+)"', html)
-    assert columns == [(port, step.key) for step in STEPS for port in ORDER if port in PORTS]
+    assert columns == [(port, step.key) for step in STEPS for port in SIX if port in PORTS]
 
 
 def test_text_that_ends_an_element_is_refused(tmp_path: Path) -> None:
@@ -265,7 +265,7 @@ def test_derivation_of_any_plant_can_be_shown(plant: str) -> None:
     experiment = read_experiment(ROOT / "plants" / f"{plant}.toml")
     derived = derivation(experiment)
     notation = Notation(derived)
-    shown = derivation_shown(derived, notation, parts(experiment, notation, ()))
+    shown = derivation_shown(derived, notation, symbols_of(experiment, notation), parts(experiment, notation, ()))
     written = [
         shown["lyapunov"],
         shown["identity"],
@@ -338,7 +338,8 @@ RAMP = np.linspace(0, 10, 101)
 def points(svg: str, kind: str) -> list[list[tuple[float, float]]]:
     """The pieces of the first path of a kind, each a list of points."""
     path = re.findall(rf'<path class="{kind}"[^>]* d="([^"]*)"', svg)[0]
-    return [[tuple(map(float, p.split())) for p in piece.strip("Z").split("L")] for piece in path.split("M")[1:]]  # type: ignore[misc]
+    pairs = [[p.split() for p in piece.strip("Z").split("L")] for piece in path.split("M")[1:]]
+    return [[(float(x), float(y)) for x, y in piece] for piece in pairs]
 
 
 def test_picture_of_a_line_is_the_line() -> None:

@@ -13,32 +13,16 @@ import pytest
 
 from conformance.programs.ports import ROOT, read_ports, selected_ports
 from conformance.programs.writer import stems_taken, write
-from conformance.tests.under_test import make, write_awk
+from conformance.tests.under_test import ONE_STATE, make, write_awk
 from conformance.theory.experiment_file import read_experiment
 
 CopyOfTheTree = Callable[..., Path]
-
-PLANT = """title = "One state, by itself"
-name = "one"
-source = "ours"
-[plant]
-level = "u - c*level^3"
-[unknown]
-c = ["0.5", "0"]
-[design]
-k = ["1"]
-Gamma = "1"
-[experiment]
-reference = "0.5*sin(t)"
-start = ["0.2"]
-horizon = "2"
-"""
 
 
 @pytest.fixture
 def tree(copy_of_the_tree: CopyOfTheTree) -> Path:
     """A copy of the tree in which a plant lies at the top."""
-    return copy_of_the_tree(lambda root: (root / "one.toml").write_text(PLANT))
+    return copy_of_the_tree(lambda root: (root / "one.toml").write_text(ONE_STATE))
 
 
 def test_a_plants_programs_are_written_run_and_judged(tree: Path) -> None:
@@ -68,17 +52,21 @@ def test_a_plants_programs_are_written_run_and_judged(tree: Path) -> None:
     cases = ElementTree.parse(tree / "build/one/junit.xml").getroot()
     assert int(cases.get("failures") or 0) > 0
 
-    (tree / "one.toml").write_text(PLANT.replace('"0.2"', '"0.3"'))  # after which the program is written anew
+    (tree / "one.toml").write_text(ONE_STATE.replace('"0.2"', '"0.3"'))  # after which the program is written anew
     assert make(tree, "cpp", PLANT="one.toml").returncode == 0
     assert program.read_text() == text.replace("0.2;", "0.3;")
 
 
 REFUSED = {
     "a file that is not there": ("none.toml", "", "none.toml: no such file"),
-    "a plant that is not in the form": ("one.toml", PLANT.replace("u - c", "sin(u) - c"), "one.toml:5:10: row 1: u "),
-    "no name": ("one.toml", PLANT.replace('name = "one"\n', ""), "one.toml:1:1: "),
-    "a name that build/ has": ("one.toml", PLANT.replace('"one"', '"cpp"'), "a plant cannot be called cpp"),
-    "a path with a space": ("a plant.toml", PLANT, "found a path with a space"),
+    "a plant that is not in the form": (
+        "one.toml",
+        ONE_STATE.replace("u - c", "sin(u) - c"),
+        "one.toml:5:10: row 1: u ",
+    ),
+    "no name": ("one.toml", ONE_STATE.replace('name = "one"\n', ""), "one.toml:1:1: "),
+    "a name that build/ has": ("one.toml", ONE_STATE.replace('"one"', '"cpp"'), "a plant cannot be called cpp"),
+    "a path with a space": ("a plant.toml", ONE_STATE, "found a path with a space"),
 }
 
 
