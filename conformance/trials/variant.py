@@ -247,7 +247,7 @@ class Job:
 
 def in_tree(port: Port, tree: Path) -> Port:
     """The port, with the source and the results of a copied tree."""
-    return replace(port, folder=tree / port.folder.relative_to(ROOT))
+    return replace(port, folder=tree / port.folder.relative_to(port.root))
 
 
 def runnable(ports: Iterable[Port]) -> list[Port]:
