@@ -7,6 +7,7 @@
 SHELL := /bin/sh
 ONLY_ASKED := $(findstring n,$(firstword -$(MAKEFLAGS)))$(findstring q,$(firstword -$(MAKEFLAGS)))
 MAKEFLAGS += --no-builtin-rules --no-print-directory
+unexport PYTHONDONTWRITEBYTECODE  # or every process would compile this package and its tests anew
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
 

@@ -2,6 +2,7 @@
 """A certificate holds if the solution is where it says, is refused if any digit of it is wrong, and is read safely."""
 
 import ast
+import functools
 import json
 import random
 import re
@@ -31,15 +32,25 @@ from conformance.truth.taylor import precision
 from conformance.truth.truth import enclose
 
 SHORT = with_values(LESSON, {"horizon": Fraction(1, 4)})
-TEXT = certificate(problem(SHORT), enclose(problem(SHORT), 1e-18))
 Content = dict[str, Any]
+
+
+@functools.cache
+def certified() -> str:
+    """The text of a certificate that holds."""
+    return certificate(problem(SHORT), enclose(problem(SHORT), 1e-18))
 
 
 def resealed(change: Callable[[Content], None]) -> str:
     """The certificate changed, its digest made to fit."""
-    content = json.loads(TEXT)
+    content = json.loads(certified())
     change(content)
     return written(content)
+
+
+def forged(change: Callable[[Content], None]) -> Callable[[], str]:
+    """Such a certificate when it is asked for."""
+    return lambda: resealed(change)
 
 
 def stated(of: checker.Certificate) -> float:
@@ -65,12 +76,12 @@ def test_lesson_is_certified() -> None:
 
 
 def test_second_way_gives_a_smaller_radius_than_the_first() -> None:
-    assert largest(certify(parse(TEXT))) < stated(parse(TEXT))
+    assert largest(certify(parse(certified()))) < stated(parse(certified()))
 
 
 def test_problem_in_the_certificate_is_the_lessons() -> None:
     """The program, run at exact points, gives the right-hand sides that the lesson writes by hand."""
-    claim, lesson = parse(TEXT), written_lesson()
+    claim, lesson = parse(certified()), written_lesson()
     choose = random.Random(1)
     for _ in range(5):
         point = [Fraction(choose.randint(-99, 99), choose.randint(1, 99)) for _ in range(4)]
@@ -134,12 +145,12 @@ def test_no_bound_is_given_where_an_operation_may_leave_its_domain(line: str) ->
 
 
 def test_wrong_digit_anywhere_is_refused() -> None:
-    digits = [match.start() for match in re.finditer('[0-9a-f](?=[^"]*"[,\n])', TEXT)]
+    digits = [match.start() for match in re.finditer('[0-9a-f](?=[^"]*"[,\n])', certified())]
     choose = random.Random(0)
     for place in choose.sample(digits, 60):
-        other = choose.choice([d for d in "0123456789abcdef" if d != TEXT[place]])
+        other = choose.choice([d for d in "0123456789abcdef" if d != certified()[place]])
         with pytest.raises(NoCertificate):
-            parse(TEXT[:place] + other + TEXT[place + 1 :])
+            parse(certified()[:place] + other + certified()[place + 1 :])
 
 
 def first_coefficient(number: int, row: int, by: float) -> Callable[[Content], None]:
@@ -205,50 +216,50 @@ def test_what_is_false_is_refused_though_its_digest_fits(change: Callable[[Conte
         certify(found)
 
 
-NONE: dict[str, tuple[str, str]] = {
-    "no JSON": ("t,x1\n", "expected JSON"),
-    "nested without end": ("[" * 100_000, "expected JSON"),
-    "a number without end": ('{"format": ' + "9" * 100_000 + "}", "expected JSON"),
-    "a list": ("[]", "the file: found '\\[\\]', expected the keys"),
-    "other keys": ('{"format": 1}', "the file: .* expected the keys"),
-    "another form": (json.dumps(json.loads(TEXT)), "expected the canonical one"),
-    "a key twice": (TEXT.replace("{", '{"format": "x",', 1), "expected the canonical one"),
-    "another format": (resealed(lambda content: content.update(format="2")), "format: found '2'"),
-    "no states": (resealed(lambda content: content.update(states=[])), "states: .* a list of 1 to"),
-    "a state that is code": (resealed(lambda content: content["states"].__setitem__(0, "x();")), "states: found .*'x"),
-    "an unknown operation": (resealed(replaced("program", "mul 1 17", "exec 1")), "program, line .* an operation"),
-    "a line that reads ahead": (resealed(replaced("program", "mul 1 17", "mul 1 400")), "whole numbers below"),
-    "a line of too few words": (resealed(replaced("program", "mul 1 17", "mul 1")), "as many numbers"),
-    "a number divided by zero": (resealed(replaced("program", "constant 6/5", "constant 6/0")), "in lowest terms"),
-    "a number that is code": (resealed(replaced("program", "constant 6/5", "constant x()")), "in lowest terms"),
-    "a number not in lowest terms": (resealed(replaced("program", "constant 6/5", "constant 12/10")), "in lowest"),
-    "rows too many": (resealed(lambda content: content["rhs"].append(0)), "rhs: .* a list of 3"),
-    "a row that is text": (resealed(lambda content: content["rhs"].__setitem__(0, "0")), "rhs: found .*'0'"),
-    "a row that is true": (resealed(lambda content: content["rhs"].__setitem__(0, True)), "rhs: found .*True"),
-    "a precision without end": (resealed(lambda content: content.update(bits=10**9)), "bits: found '1000000000'"),
-    "a frame of too few rows": (resealed(lambda content: content["steps"][0]["frame"].pop()), "step 1, frame: .* of 9"),
-    "a negative radius of a start": (resealed(lambda content: content["start"][0].__setitem__(1, "-1")), "radii"),
-    "steps that leave a gap": (resealed(lambda content: content["steps"].pop(3)), "step 4, start"),
-    "a width of zero": (resealed(lambda content: content["steps"][0].update(width="0x0p0")), "step 1, width"),
-    "a radius of zero": (resealed(lambda content: content["steps"][0]["radius"].__setitem__(0, "0x0p0")), "radius"),
-    "an even mantissa": (resealed(lambda content: content["steps"][0]["radius"].__setitem__(0, "0x2p-70")), "odd"),
+NONE: dict[str, tuple[Callable[[], str], str]] = {
+    "no JSON": (lambda: "t,x1\n", "expected JSON"),
+    "nested without end": (lambda: "[" * 100_000, "expected JSON"),
+    "a number without end": (lambda: '{"format": ' + "9" * 100_000 + "}", "expected JSON"),
+    "a list": (lambda: "[]", "the file: found '\\[\\]', expected the keys"),
+    "other keys": (lambda: '{"format": 1}', "the file: .* expected the keys"),
+    "another form": (lambda: json.dumps(json.loads(certified())), "expected the canonical one"),
+    "a key twice": (lambda: certified().replace("{", '{"format": "x",', 1), "expected the canonical one"),
+    "another format": (forged(lambda content: content.update(format="2")), "format: found '2'"),
+    "no states": (forged(lambda content: content.update(states=[])), "states: .* a list of 1 to"),
+    "a state that is code": (forged(lambda content: content["states"].__setitem__(0, "x();")), "states: found .*'x"),
+    "an unknown operation": (forged(replaced("program", "mul 1 17", "exec 1")), "program, line .* an operation"),
+    "a line that reads ahead": (forged(replaced("program", "mul 1 17", "mul 1 400")), "whole numbers below"),
+    "a line of too few words": (forged(replaced("program", "mul 1 17", "mul 1")), "as many numbers"),
+    "a number divided by zero": (forged(replaced("program", "constant 6/5", "constant 6/0")), "in lowest terms"),
+    "a number that is code": (forged(replaced("program", "constant 6/5", "constant x()")), "in lowest terms"),
+    "a number not in lowest terms": (forged(replaced("program", "constant 6/5", "constant 12/10")), "in lowest"),
+    "rows too many": (forged(lambda content: content["rhs"].append(0)), "rhs: .* a list of 3"),
+    "a row that is text": (forged(lambda content: content["rhs"].__setitem__(0, "0")), "rhs: found .*'0'"),
+    "a row that is true": (forged(lambda content: content["rhs"].__setitem__(0, True)), "rhs: found .*True"),
+    "a precision without end": (forged(lambda content: content.update(bits=10**9)), "bits: found '1000000000'"),
+    "a frame of too few rows": (forged(lambda content: content["steps"][0]["frame"].pop()), "step 1, frame: .* of 9"),
+    "a negative radius of a start": (forged(lambda content: content["start"][0].__setitem__(1, "-1")), "radii"),
+    "steps that leave a gap": (forged(lambda content: content["steps"].pop(3)), "step 4, start"),
+    "a width of zero": (forged(lambda content: content["steps"][0].update(width="0x0p0")), "step 1, width"),
+    "a radius of zero": (forged(lambda content: content["steps"][0]["radius"].__setitem__(0, "0x0p0")), "radius"),
+    "an even mantissa": (forged(lambda content: content["steps"][0]["radius"].__setitem__(0, "0x2p-70")), "odd"),
     "an exponent of a million": (
-        resealed(lambda content: content["steps"][0]["radius"].__setitem__(0, "0x1p1000000")), "step 1, radius",
+        forged(lambda content: content["steps"][0]["radius"].__setitem__(0, "0x1p1000000")), "step 1, radius",
     ),
     "a polynomial without coefficients": (
-        resealed(lambda content: content["steps"][0]["polynomial"].__setitem__(0, "")), "step 1, polynomial",
+        forged(lambda content: content["steps"][0]["polynomial"].__setitem__(0, "")), "step 1, polynomial",
     ),
-    "a state twice": (resealed(lambda content: content["states"].__setitem__(1, content["states"][0])), "states: f"),
-    "a horizon of nothing": (resealed(lambda content: content.update(horizon="0")), "a positive time"),
-    "a horizon beyond the steps": (resealed(lambda content: content.update(horizon="21")), "horizon: found '21'"),
+    "a state twice": (forged(lambda content: content["states"].__setitem__(1, content["states"][0])), "states: f"),
+    "a horizon of nothing": (forged(lambda content: content.update(horizon="0")), "a positive time"),
+    "a horizon beyond the steps": (forged(lambda content: content.update(horizon="21")), "horizon: found '21'"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", NONE)
 def test_what_is_no_certificate_is_refused_in_one_line(case: str) -> None:
-    text, message = NONE[case]
+    content, message = NONE[case]
     with pytest.raises(NoCertificate, match=message) as error:
-        parse(text)
+        parse(content())
     assert "\n" not in str(error.value) and len(str(error.value)) < 400
 
 
@@ -283,12 +294,12 @@ def test_commands_write_and_check_a_certificate(tmp_path: Path) -> None:
     assert bad.returncode == 1 and "short.json FAILS: in the step from t = 0" in bad.stdout
 
 
-@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"t,x1\n", TEXT[:-50].encode()], ids=str)
-def test_what_is_no_certificate_ends_with_status_2_and_one_line(content: bytes, tmp_path: Path) -> None:
+def test_what_is_no_certificate_ends_with_status_2_and_one_line(tmp_path: Path) -> None:
     path = tmp_path / "no certificate"
-    path.write_bytes(content)
-    answer = conformance("certify", path)
-    assert answer.returncode == 2 and answer.stdout == "" and len(answer.stderr.splitlines()) == 1
+    for content in (b"", b"\xff\xfe", b"t,x1\n", certified()[:-50].encode()):
+        path.write_bytes(content)
+        answer = conformance("certify", path)
+        assert answer.returncode == 2 and answer.stdout == "" and len(answer.stderr.splitlines()) == 1
 
 
 def test_no_file_and_a_folder_are_refused(tmp_path: Path) -> None:
