@@ -22,7 +22,8 @@ from conformance.truth.exact import KEPT
 
 STARTED = time.time()
 SLOWEST_FIRST = (
-    "test_variants", "test_campaign", "test_browser", "test_bad_luck", "test_makefile", "test_truth", "test_new_port",
+    "test_new_port", "test_campaign", "test_browser", "test_plants", "test_variants", "test_diagnosis",
+    "test_any_plant", "test_coverage", "test_corruptions", "test_experiment", "test_bad_luck", "test_makefile",
 )  # fmt: skip
 
 

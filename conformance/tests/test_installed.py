@@ -11,6 +11,8 @@ import pytest
 from conformance.places import ROOT
 from conformance.tests.under_test import PORTS, record
 
+pytestmark = pytest.mark.beyond
+
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:

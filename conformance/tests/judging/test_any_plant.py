@@ -32,6 +32,8 @@ from conformance.theory.statements import parameters_of, statements_of
 from conformance.theory.symbolic import to_sympy
 from conformance.truth.exact import Exact, believable, exact, sampled_gains
 
+pytestmark = pytest.mark.beyond
+
 TARGET = 1e-12
 HORIZON, STEP = 2, 0.01  # s
 FULL = ((Fraction(1), Fraction(1, 4)), (Fraction(1, 4), Fraction(1, 2)))

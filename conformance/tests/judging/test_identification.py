@@ -21,6 +21,8 @@ from conformance.theory.experiments import with_values
 from conformance.theory.lesson import LESSON
 from conformance.truth.exact import exact
 
+pytestmark = pytest.mark.beyond
+
 EXACT = exact(LESSON)
 CONTRACT = contract(EXACT)
 T = np.linspace(0, 20, 1001)

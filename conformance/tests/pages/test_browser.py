@@ -37,7 +37,10 @@ PATIENCE = 6  # attempts at what takes longer on a busy machine
 ALL_AT_ONCE = ".inspector { position: static !important }"
 WIDE_LIGHT, NARROW_DARK = (1900, 1000, "light"), (360, 740, "dark")  # width, height, colours
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium")
+pytestmark = [
+    pytest.mark.beyond,
+    pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here; Debian's package is chromium"),
+]
 
 
 @dataclass

@@ -21,6 +21,8 @@ from conformance.programs.writer import write_programs
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import Experiment
 
+pytestmark = pytest.mark.beyond
+
 COMMANDS = {
     "python": ["{python} {stem}.py"],
     "cpp": ["g++ -std=c++17 -Wall -Wextra -Wpedantic -Wconversion -Werror -o {stem} {stem}.cpp", "./{stem}"],

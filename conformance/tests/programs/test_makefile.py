@@ -16,6 +16,8 @@ from conformance.programs.run import as_a_user, choose_engine
 from conformance.tests.under_test import AWK, make, write_awk
 from conformance.trials.variant import copy_tree
 
+pytestmark = pytest.mark.beyond
+
 CopyOfTheTree = Callable[..., Path]
 
 

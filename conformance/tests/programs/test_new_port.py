@@ -18,6 +18,8 @@ from conformance.programs.run import as_a_user
 from conformance.tests.under_test import AWK, GUESTS, make, write_awk
 from conformance.trials.variant import copy_tree
 
+pytestmark = pytest.mark.beyond
+
 KEPT = ROOT / "build" / "guests"  # what the edited programs of a guest led to, from one check to the next
 CONCERNED = ("judging/test_conformance", "judging/test_csv_format", "programs/test_results", "programs/test_sources")
 

@@ -16,6 +16,8 @@ from conformance.programs.writer import stems_taken, write
 from conformance.tests.under_test import ONE_STATE, make, write_awk
 from conformance.theory.experiment_file import read_experiment
 
+pytestmark = pytest.mark.beyond
+
 CopyOfTheTree = Callable[..., Path]
 
 

@@ -33,6 +33,8 @@ from conformance.theory.expressions import (
 )
 from conformance.theory.reader import read
 
+pytestmark = pytest.mark.beyond
+
 RANDOM = int(os.environ.get("EXPRESSIONS", "300"))  # trees, besides the cases below
 SAME = 1e-13  # relative difference
 PORTS = read_ports()

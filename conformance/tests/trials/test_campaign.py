@@ -17,15 +17,16 @@ import pytest
 
 from conformance.judging.verdict import judge_file
 from conformance.programs.ports import ROOT, Port, read_ports
-from conformance.tests.under_test import PORTS, record, write_awk
+from conformance.tests.under_test import PORTS, write_awk
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import values_of, with_values
 from conformance.theory.expressions import text as text_of
 from conformance.theory.lesson import LESSON
 from conformance.trials import campaign
-from conformance.trials.campaign import RANGES, WAVES, Trial, carry_out, draw, known, prepare, prove, report, trial
-from conformance.trials.coverage import own_trials
+from conformance.trials.campaign import RANGES, WAVES, Trial, carry_out, draw, known, prepare, report, trial
 from conformance.trials.edits import Edit, edited
+
+pytestmark = pytest.mark.beyond
 
 SEED = 2694  # whose first scenarios have short horizons
 
@@ -54,18 +55,12 @@ def test_the_lesson_itself_could_be_drawn() -> None:
         assert Fraction(low) <= value <= Fraction(high) and (value / Fraction(grain)).denominator == 1, name
 
 
-# ---- Every program ----
+# ---- The command ----
 
 
 def arguments(count: int, ports: Iterable[str], *more: str) -> list[str]:
     words = ["campaign", "--count", str(count), "--seed", str(SEED), "--ports", *ports, *more]
     return [sys.executable, "-m", "conformance", *words]
-
-
-def test_program_conforms_on_scenarios_of_its_own(port: Port) -> None:
-    record(port)
-    outcomes = [carry_out(one, prove(one.experiment)) for one in own_trials(port, 2)]
-    assert [outcome.reason for outcome in outcomes] == ["", ""]
 
 
 def test_campaign_takes_scenarios_of_its_own_for_each_program() -> None:

@@ -18,6 +18,8 @@ from conformance.trials.campaign import RANGES, carry_out, draw, prove
 from conformance.trials.coverage import extremes, furthest, own_experiments, own_trials
 from conformance.truth.exact import exact
 
+pytestmark = pytest.mark.beyond
+
 TABLE = """\
     if (system("cp ../../awk/table.csv " csv_name)) exit 1
     while ((getline line < csv_name) > 0) split(line, f, ",")

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Whether a verdict names what was broken is told by the statement that was changed, in any port's spelling."""
 
+import pytest
+
 from conformance.judging.verdict import Verdict
 from conformance.programs.ports import Port, read_ports
 from conformance.tests.under_test import PORTS
@@ -8,6 +10,8 @@ from conformance.trials.edits import in_experiment
 from conformance.trials.kill_matrix import prepare
 from conformance.trials.named import is_named, mistakes, snake, words
 from conformance.trials.variant import read_variants, runnable, source
+
+pytestmark = pytest.mark.beyond
 
 VARIANTS = read_variants()
 

@@ -26,6 +26,8 @@ from conformance.trials.random_plants import (
 )
 from conformance.trials.variant import runnable
 
+pytestmark = pytest.mark.beyond
+
 SEED, NUMBERS = 18, (0, 1)
 LANGUAGES = [port.name for port in runnable(read_ports(plant="random").values())]
 ASKED = LANGUAGES if os.environ.get("GALLERY") == "all" else [name for name in LANGUAGES if name == "cpp"]

@@ -23,6 +23,8 @@ from conformance.tests.under_test import PORTS, record, trajectory_of
 from conformance.theory.experiments import Experiment, with_values
 from conformance.theory.lesson import LESSON
 from conformance.trials import kill_matrix
+from conformance.trials.campaign import carry_out, prove
+from conformance.trials.coverage import own_trials
 from conformance.trials.edits import Edit
 from conformance.trials.kill_matrix import END, OUTPUT, Outcome, refusals
 from conformance.trials.variant import (
@@ -65,6 +67,13 @@ def test_mistake_is_refused_by_its_check(variant: Variant, port_: Port) -> None:
     record(port_)
     found = outcome(variant, port_)
     assert variant.refused_by in found.refusals, f"{found.verdict.status}: {found.verdict.reason}"
+
+
+def test_program_conforms_on_experiments_of_its_own(port: Port) -> None:
+    """Those that follow from its source: it cannot be right on the ones of a list alone."""
+    record(port)
+    outcomes = [carry_out(one, prove(one.experiment)) for one in own_trials(port, 2)]
+    assert [outcome.reason for outcome in outcomes] == ["", ""]
 
 
 def test_every_program_has_every_experiment_and_mistake_or_a_reason(port: Port) -> None:

@@ -21,6 +21,8 @@ from conformance.theory.statements import statements_of
 from conformance.trials.kill_matrix import refusals
 from conformance.trials.variant import Job, copy_with_programs, in_tree, job, run_all, runnable
 
+pytestmark = pytest.mark.beyond
+
 PLANT = replace(read_experiment(ROOT / "plants" / "problem_1c.toml"), horizon=Fraction(2), facts=())
 TREES = ROOT / "build" / "mistakes"
 LANGUAGES = [port.name for port in runnable(read_ports(plant=PLANT.name).values())]

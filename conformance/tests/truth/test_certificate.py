@@ -31,6 +31,8 @@ from conformance.truth.experiment import problem
 from conformance.truth.taylor import precision
 from conformance.truth.truth import enclose
 
+pytestmark = pytest.mark.beyond
+
 SHORT = with_values(LESSON, {"horizon": Fraction(1, 4)})
 Content = dict[str, Any]
 

@@ -2,6 +2,7 @@
 """The truth of the lesson's experiment, through the derived closed loop: no formula of the lesson stands here."""
 
 import io
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -108,14 +109,22 @@ def test_closed_loop_in_the_sources_is_the_derived_one() -> None:
 SHORT = with_values(LESSON, {"horizon": Fraction(1)})
 
 
-@pytest.fixture
-def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+@pytest.fixture(scope="module")
+def proven(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The one file of a cache of its own."""
-    monkeypatch.setattr("conformance.truth.exact.KEPT", tmp_path)
-    exact.cache_clear()
-    exact(SHORT)
-    (path,) = tmp_path.iterdir()
+    folder = tmp_path_factory.mktemp("proven")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("conformance.truth.exact.KEPT", folder)
+        read_again()
+    (path,) = folder.iterdir()
     return path
+
+
+@pytest.fixture
+def kept(proven: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of it, which is what is read."""
+    monkeypatch.setattr("conformance.truth.exact.KEPT", tmp_path)
+    return Path(shutil.copy(proven, tmp_path))
 
 
 def read_again() -> Exact:

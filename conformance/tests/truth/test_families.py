@@ -22,6 +22,8 @@ from conformance.truth.exact import digest_of_family, functions_of
 from conformance.truth.experiment import family, loop_of
 from conformance.truth.rounding import rounding
 
+pytestmark = pytest.mark.beyond
+
 EVERY = [as_written(path) for path in sorted(PLANTS.glob("*.toml"))]
 CANCELLED = replace(  # whose x3 leaves row 1 because a is 2
     as_written(PLANTS / "khalil.toml"),

@@ -19,6 +19,8 @@ from conformance.truth.experiment import family, loop_of, problem, truth
 from conformance.truth.taylor import compile_program
 from conformance.truth.truth import enclose
 
+pytestmark = pytest.mark.beyond
+
 EXACT = exact(LESSON)
 COLUMNS = EXACT.sensitivity.columns.tolist()
 SHORT = with_values(LESSON, {"horizon": Fraction(1)})
