@@ -8,7 +8,7 @@
 //               phi: regressor;  theta: unknown parameter (1/s);  theta_hat: estimate of theta;
 //               x_dot: time derivative of x;  x_dot_known: what of x_dot is known;
 //               alpha1_x1: partial derivative of alpha1 with respect to x1
-//     (n)       section n of the lesson
+//     (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 //
 //     build     g++ -std=c++17 -O2 -o Chapter17_Lesson1 Chapter17_Lesson1.cpp
 //     run       ./Chapter17_Lesson1
@@ -78,7 +78,7 @@ Control controller(double t, double x1, double x2, double theta_hat) {
     const double alpha1 = -k1 * z1 - theta_hat * phi + r_dot;  // (7) virtual control
     const double z2 = x2 - alpha1;                             // (5) distance from the virtual control
     // phi(x1) = x1 has the derivative 1
-    const double alpha1_x1 = -k1 - theta_hat;             // (7) partial derivative of alpha1
+    const double alpha1_x1 = -k1 - theta_hat;             // (7) partial derivative of alpha1 by x1
     const double tau2 = phi * z1 - alpha1_x1 * phi * z2;  // (7) tuning function
     const double theta_hat_dot = gamma_gain * tau2;       // (7) update law
     // alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place

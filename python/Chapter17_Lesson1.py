@@ -7,7 +7,7 @@
               phi: regressor;  theta: unknown parameter (1/s);  theta_hat: estimate of theta;
               x_dot: time derivative of x;  x_dot_known: what of x_dot is known;
               alpha1_x1: partial derivative of alpha1 with respect to x1
-    (n)       section n of the lesson
+    (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 
     install   python3 -m pip install numpy scipy matplotlib
     run       python3 Chapter17_Lesson1.py
@@ -76,7 +76,7 @@ def controller(t: float, x1: float, x2: float, theta_hat: float) -> tuple[float,
     alpha1 = -K1 * z1 - theta_hat * phi + r_dot  # (7) virtual control
     z2 = x2 - alpha1  # (5) distance from the virtual control
     # phi(x1) = x1 has the derivative 1
-    alpha1_x1 = -K1 - theta_hat  # (7) partial derivative of alpha1
+    alpha1_x1 = -K1 - theta_hat  # (7) partial derivative of alpha1 by x1
     tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function
     theta_hat_dot = GAMMA * tau2  # (7) update law
     # alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place

@@ -28,6 +28,7 @@ from conformance.theory.identity import prove
 from conformance.theory.reader import read
 from conformance.theory.statements import (
     CONTROLLER,
+    OWN,
     PLANT,
     REFERENCE,
     REGRESSOR,
@@ -39,7 +40,10 @@ from conformance.theory.statements import (
 
 HEAD_WIDTH = 100  # columns of the head
 MOST_NAMES, LONGEST_LIST = 4, 30  # names that are listed one by one, and their characters
+LESSON = "the lesson, A. Mohammadijoo's Chapter 17, Lesson 1"
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
+
+Kind = tuple[list[str], str]
 
 
 def write(experiment: Experiment, port: Port) -> str:
@@ -319,17 +323,23 @@ class Program:
     # -------------------------------------------------------------- the head
 
     def head(self, start: str, labelled: str = "{:<10}", hanging: bool = True) -> str:
-        """Plant, task and notation, each line after `start`."""
+        """Plant, task, notation, and what the tags say, each line after `start`."""
         text = []
-        for label, parts in (("plant", self.plant()), ("task", [self.task()]), ("notation", list(self.notation()))):
+        parts_of = {
+            "plant": self.plant(),
+            "task": [f"{self.word(self.experiment.states[0])} follows r(t), and every signal stays bounded"],
+            "notation": [p.replace(" ", "\0") for p in self.notation()],
+            OWN: [] if self.experiment.section else self.experiment.source.split(),
+            "(n)": f"section n of {LESSON}".split(),
+        }
+        for label, parts in parts_of.items():
             opening = start + labelled.format(label)
             indent = " " * len(opening) if hanging else start
             indent = start + indent[len(start) :]
-            if label == "notation":
-                text += filled(opening, [p.replace(" ", "\0") for p in parts], HEAD_WIDTH, indent)
-            else:
+            if label in ("plant", "task"):
                 text += [opening + parts[0], *(indent + part for part in parts[1:])]
-        text.append(start + labelled.format("(n)") + "section n of the lesson")
+            elif parts:
+                text += filled(opening, parts, HEAD_WIDTH, indent)
         return "\n".join(line.replace("\0", " ").rstrip() for line in text)
 
     def plant(self) -> list[str]:
@@ -351,32 +361,28 @@ class Program:
         text = expressions.text(e).replace(" * ", " ")
         return re.sub(r"(?<![\w.])[A-Za-z]\w*", lambda m: self.word(m[0]) if m[0] in self.spelling.own else m[0], text)
 
-    def task(self) -> str:
-        return f"{self.word(self.experiment.states[0])} follows r(t), and every signal stays bounded"
-
     def notation(self) -> Iterator[str]:
         """Every kind of name that occurs, explained; each part but the last ends with a semicolon."""
         parts = [f"{several(self.own(names))}: {words}" for names, words in self.kinds()]
         yield from (f"{part}; " for part in parts[:-1])
         yield parts[-1]
 
-    def kinds(self) -> Iterator[tuple[list[str], str]]:
+    def kinds(self) -> Iterator[Kind]:
         """Names of a kind, and what they are."""
         e = self.experiment
-        defined = [s.name for s in self.of(CONTROLLER)]
-        wording = {s.name: s.wording for s in self.statements}
+        wording = {s.name: s.wording for s in self.of(CONTROLLER)}
 
-        def kind(pattern: str, one: str, many: str) -> Iterator[tuple[list[str], str]]:
-            found = [name for name in defined if re.fullmatch(pattern, name)]
+        def kind(pattern: str, one: str, many: str, of: str = CONTROLLER, index: str = "step") -> Iterator[Kind]:
+            found = [s.name for s in self.of(of) if re.fullmatch(pattern, s.name)]
             if found:
-                yield found, one if len(found) == 1 else many
+                indices = re.fullmatch(r"[a-z]+(\d*)_\d+", found[0])
+                by = f", by {index} and parameter" if indices and indices[1] else ", by parameter" if indices else ""
+                yield found, (one if len(found) == 1 else many) + by
 
         yield from kind(r"z\d+", "error coordinate", "error coordinates")
         yield from kind(r"alpha\d+", "virtual control", "virtual controls")
         yield from kind(r"tau\d+(_\d+)?", "tuning function", "tuning functions")
-        phi = [s.name for s in self.of(REGRESSOR)]
-        if phi:
-            yield phi, "regressor" if len(phi) == 1 else "regressors"
+        yield from kind(r"phi\d*(_\d+)?", "regressor", "regressors", REGRESSOR, "row")
         yield from kind(r"w\d+(_\d+)?", "regressor of an error coordinate", "regressors of the error coordinates")
         yield from kind(r"f\d+", "known part of a row", "known parts of the rows")
         yield from kind(r"g\d+", "gain of a row", "gains of the rows")
@@ -388,16 +394,13 @@ class Program:
             which = several([self.word(name) for name in unknown])
             yield list(e.estimates), f"estimate{'s' if len(unknown) > 1 else ''} of {which}"
         yield ["x_dot"], "time derivative of x"
-        if any(name.endswith("_dot_known") for name in defined):
+        if any(name.endswith("_dot_known") for name in wording):
             yield ["x_dot_known"], f"what of {self.spelling.name('x_dot')} is known"
         for order in ("", "second ", "third "):
-            found = [name for name in defined if wording[name].startswith(f"{order}partial derivative of")]
-            found = [name for name in found if name.startswith("alpha")] or found
-            if found:
-                base = wording[found[0]].rpartition(" ")[2]
-                by = self.spelling.name(found[0].removeprefix(f"{base}_"))
-                respect = f" with respect to {by}" if not order else ""
-                yield found[:1], f"{order}partial derivative of {self.spelling.name(base)}{respect}"
+            found = {name: w for name, w in wording.items() if w.startswith(f"{order}partial derivative of")}
+            shown = next((name for name in found if name.startswith("alpha")), next(iter(found), None))
+            if shown:
+                yield [shown], self.spelling.prose(found[shown].replace(" by ", " with respect to "))
 
 
 def several(names: Sequence[str], last: str = ", ") -> str:

@@ -25,8 +25,9 @@
 
 Also: `[symbols]` (meaning of a name, or [meaning, unit]), `step` of the fixed-step programs and `tolerance` (of
 each state, 1e-6 of its size where it is not said) in [experiment],
-`[[fact]]`s (t, values computed independently, their source), and `extends = "other.toml"`, a file of the same folder
-from which all is taken that is not said anew, but for title, name and facts. A file that is extended extends none.
+`[[fact]]`s (t, values computed independently, their source), `section = "(15)"` where the numbers are those of that
+section of the lesson, and `extends = "other.toml"`, a file of the same folder from which all is taken that is not said
+anew, but for title, name, section and facts. A file that is extended extends none.
 """
 
 from __future__ import annotations
@@ -67,6 +68,7 @@ MOST_STATES, MOST_UNKNOWN, MOST_CONSTANTS, MOST_FACTS = 8, 10, 30, 100
 LONGEST_TEXT = 500  # characters
 
 HEAD = ("title", "name", "source")
+SECTION = re.compile(r"\([1-9]\d?\)", re.ASCII)
 TABLES: Mapping[str, tuple[str, ...] | None] = {  # the keys of each; None where the file names them
     "plant": None,
     "constants": None,
@@ -208,6 +210,7 @@ class Reading:
             self.positive("experiment", "horizon"),
             step=self.positive("experiment", "step") if self.holder("experiment", "step") else None,
             tolerance=self.positive("experiment", "tolerance") if self.holder("experiment", "tolerance") else None,
+            section=self.section(),
         )
         self.check_use(experiment)
         return self.described(experiment)
@@ -230,7 +233,7 @@ class Reading:
     def check_keys(self, file: TomlFile) -> None:
         """Refuse what no experiment file holds."""
         for key, value in file.data.items():
-            known = (*HEAD, "extends", *TABLES, "fact")
+            known = (*HEAD, "section", "extends", *TABLES, "fact")
             if key not in known:
                 self.unknown_key(file, (key,), known)
             for inner in value if isinstance(value, dict) else ():
@@ -254,6 +257,14 @@ class Reading:
         if own and key not in self.files[0].data:
             self.files[0].refuse((0, 1), f"{key} is missing in the head of the file", f'write {key} = ".."')
         return self.plain_text(self.value(key), (key,))
+
+    def section(self) -> str:
+        """The section of the lesson that lists the file's own numbers, or nothing."""
+        value = self.files[0].data.get("section", "")
+        if value != "" and not (isinstance(value, str) and SECTION.fullmatch(value)):
+            sentence = f"found {kind(value)}, expected a section of the lesson in brackets"
+            self.refuse(("section",), sentence, 'such as "(15)"; leave it out where the numbers are not the lesson\'s')
+        return str(value)
 
     def plain_text(self, value: Any, place: Place) -> str:
         """A text that can stand in a comment of every language."""
@@ -493,7 +504,7 @@ def _counted(count: int) -> str:
 def to_toml(experiment: Experiment) -> str:
     """The experiment as a file that `read_experiment` reads back exactly."""
     e = experiment
-    lines = [f'{key} = "{getattr(e, key)}"' for key in HEAD]
+    lines = [f'{key} = "{getattr(e, key)}"' for key in (*HEAD, *(["section"] if e.section else []))]
     lines += [
         "",
         "[plant]",

@@ -59,7 +59,8 @@ class Experiment:
 
     `rows` are expressions in the states, the input u, the unknown parameters and the constants, `reference` is one in t
     and the constants; `k` and `start` hold n numbers, `Gamma` p rows of p; `step` is that of the fixed-step programs,
-    and `tolerance` how far a state may be from the exact one, where it is not to follow from the state's size.
+    and `tolerance` how far a state may be from the exact one, where it is not to follow from the state's size;
+    `section` is that of the lesson which lists the numbers, such as "(15)", or nothing where they are not the lesson's.
     """
 
     title: str
@@ -78,6 +79,7 @@ class Experiment:
     tolerance: Fraction | None = None
     symbols: tuple[Meaning, ...] = ()
     facts: tuple[Fact, ...] = ()
+    section: str = ""
 
     @property
     def estimates(self) -> tuple[str, ...]:
@@ -172,7 +174,8 @@ def family_of(experiment: Experiment, fixed: bool = False) -> Experiment:
 
 def bare(experiment: Experiment) -> Experiment:
     """The experiment without its words and what is known of it, on which no number of its solution depends."""
-    return replace(experiment, title="", name="", source="", step=None, tolerance=None, symbols=(), facts=())
+    wordless = replace(experiment, title="", name="", source="", section="", symbols=())
+    return replace(wordless, step=None, tolerance=None, facts=())
 
 
 def is_diagonal(experiment: Experiment) -> bool:

@@ -48,6 +48,8 @@ LARGE = 120  # statements
 SHORT = 3  # operations of a partial derivative that is written where it is used
 REFERENCE, REGRESSOR, CONTROLLER, PLANT = "reference", "regressor", "controller", "plant"  # sections, in their order
 STEP_TAG = {1: "(6)", 2: "(7)"}  # of a design with so many steps; (8) for more
+ENTRY = "entry of the adaptation gain"
+OWN = "(0)"  # in the place of a section of the lesson: numbers of the experiment's own
 
 
 class Statement(NamedTuple):
@@ -149,31 +151,29 @@ def parameters_of(experiment: Experiment) -> tuple[Parameter, ...]:
     said = {meaning.name: meaning for meaning in experiment.symbols}
     found = []
 
-    def put(name: str, value: Fraction, tag: str, wording: str, unit: str = "") -> None:
-        found.append(Parameter(name, value, tag, wording, unit))
+    def put(name: str, value: Fraction, wording: str, unit: str = "") -> None:
+        found.append(Parameter(name, value, experiment.section or OWN, wording, unit))
 
+    def unit(name: str) -> str:
+        return said[name].unit if name in said else ""
+
+    size = range(1, len(experiment.unknown) + 1)
+    entries = [[experiment.gamma(i, j) for j in size] for i in size]
     for parameter in experiment.unknown:
-        unit = said[parameter.name].unit if parameter.name in said else ""
         which = "parameter" if len(experiment.unknown) == 1 else parameter.name
-        put(f"{parameter.name}_true", parameter.true, "(15)", f"true {which}, used by the plant alone", unit)
+        put(f"{parameter.name}_true", parameter.true, f"true {which}, used by the plant alone", unit(parameter.name))
     for i, gain in enumerate(experiment.k, 1):
-        put(f"k{i}", gain, "(15)", f"gain on z{i}, positive")
+        put(f"k{i}", gain, f"gain on z{i}, positive")
     for name, gain in experiment.gammas.items():
-        wording = "adaptation gain, positive" if name == "gamma" else "entry of the adaptation gain"
-        put(name, gain, "(15)", wording)
+        both = [q for q, row in zip(experiment.parameters, entries, strict=True) if name in row]
+        put(name, gain, "adaptation gain, positive" if name == "gamma" else f"{ENTRY}, for {_listed(both)}")
     for name, number in experiment.constants:
-        put(
-            name,
-            number,
-            "(15)",
-            said[name].text if name in said else "known constant",
-            said[name].unit if name in said else "",
-        )
+        put(name, number, said[name].text if name in said else "known constant", unit(name))
     for name, start in zip(experiment.states, experiment.start, strict=True):
-        put(f"{name}_start", start, "(15)", f"{name} at t = 0", said[name].unit if name in said else "")
+        put(f"{name}_start", start, f"{name} at t = 0", unit(name))
     for parameter in experiment.unknown:
-        put(f"{parameter.estimate}_start", parameter.start, "(15)", f"{parameter.estimate} at t = 0")
-    put("final_time", experiment.horizon, "(15)", "horizon", "s")
+        put(f"{parameter.estimate}_start", parameter.start, f"{parameter.estimate} at t = 0")
+    put("final_time", experiment.horizon, "horizon", "s")
     return tuple(found)
 
 
@@ -245,7 +245,8 @@ class Chain:
             )
             name = "_".join((base, *key))
             times = {1: "", 2: "second ", 3: "third "}.get(len(key), f"{len(key)}th ")
-            result = self.let(name, e, self.notes[base][0], f"{times}partial derivative of {base}")
+            wording = f"{times}partial derivative of {base} by {_by(key)}"
+            result = self.let(name, e, self.notes[base][0], wording)
             self.partials[base, key] = result
             if result == Name(name):
                 self.origin[name] = base, key
@@ -331,6 +332,8 @@ class Recursion:
             raise TooLarge(_too_large(str(len(definitions))))
         regressors = [name for name in definitions if name in self.regressors]
         ordered = [*regressors, *(name for name in definitions if name not in self.regressors)]
+        if self.n > 2:
+            self.remark_on_steps(ordered[len(regressors) :])
         return (
             *self.reference_statements(),
             *(self.statement(name, definitions[name]) for name in ordered),
@@ -348,9 +351,9 @@ class Recursion:
 
     def read_row(self, i: int) -> None:
         """Name f_i, g_i and phi_i, (2) and (4)."""
-        form, let = ordered_form(self.experiment), self.chain.let
+        form, let, following = ordered_form(self.experiment), self.chain.let, (*self.experiment.states, INPUT)[i]
         self.f.append(let(f"f{i}", form.f[i - 1], "(2)", f"known part of row {i}"))
-        self.g.append(let(f"g{i}", form.g[i - 1], "(2)", f"gain of row {i}"))
+        self.g.append(let(f"g{i}", form.g[i - 1], "(2)", f"gain of row {i}, on {following}"))
         entries = enumerate(form.phi[i - 1], 1)
         self.phi.append([self.regressor(i, j, e) for j, e in entries])
 
@@ -392,6 +395,18 @@ class Recursion:
         self.alpha.append(let(name, alpha, self.tag, wording, keep=True))
         self.remark_on_adaptation(name, i, moved, lacking)
 
+    def remark_on_steps(self, names: Sequence[str]) -> None:
+        """Say where each step begins, and what it is for."""
+        for i in range(1, self.n + 1):
+            first = next(name for name in names if self.chain.step_of[name] == i)
+            if i < self.n:
+                aim = f"z{i}, and alpha{i} for {self.experiment.states[i]} to follow"
+            elif self.p:
+                aim = f"z{i}, the update law{'s' if self.p > 1 else ''}, and u"
+            else:
+                aim = f"z{i} and u"
+            self.chain.remarks[first] = f"step {i} of {self.n}: {aim}"
+
     def remark_on_adaptation(self, name: str, i: int, moved: Expression, lacking: Expression) -> None:
         """Say which terms of alpha_i are there because the estimate moves; (16), 4.
 
@@ -399,15 +414,16 @@ class Recursion:
         virtual controls lack w_i z_i.
         """
         moving = [s for s, d in zip(self.experiment.estimates, self.by_estimate[i], strict=True) if d != ZERO]
+        count = len(terms_of(lacking)) if lacking != ZERO else 0
+        last = "the last" if count == 1 else f"the last {count}"
         said = []
         if moved != ZERO:
-            which = _counted("" if lacking != ZERO else "last ", len(terms_of(moved)))
-            before = "" if lacking == ZERO else f" before {_counted('last ', len(terms_of(lacking)))}"
+            which = _counted("" if count else "last ", len(terms_of(moved))) + (f" before {last}" if count else "")
             stands = "" if i == self.n else f", with tau{i} since tau{self.n} is not known yet"
-            said.append(f"alpha{i - 1} moves with {', '.join(moving)} too: hence {which}{before}{stands}")
-        if lacking != ZERO:
-            earlier = "tau2 lacks" if i == 3 else f"tau2 to tau{i - 1} lack"
-            said.append(f"{_counted('last ', len(terms_of(lacking)))} for w{i} z{i}, which {earlier}")
+            said.append(f"alpha{i - 1} moves with {_listed(moving)} too: hence {which}{stands}")
+        if count:
+            earlier = "tau2 lacks" if i == 3 else f"{_listed([f'tau{j}' for j in range(2, i)])} lack"
+            said.append(f"{last} {'makes' if count == 1 else 'make'} up for w{i} z{i}, which {earlier}")
         if said:
             self.chain.remarks[name] = "; ".join(said)
 
@@ -502,7 +518,8 @@ class Recursion:
         for order, (name, e) in enumerate(self.reference.items()):
             if order == 0 or e != ZERO:
                 ordinal = ordinals[order] if order < len(ordinals) else f"{order}th"
-                yield Statement(name, e, REFERENCE, "(15)", f"its {ordinal} derivative" if order else "reference")
+                wording = f"its {ordinal} derivative" if order else "reference"
+                yield Statement(name, e, REFERENCE, self.experiment.section or "(3)", wording)
 
     def plant_statements(self) -> Iterator[Statement]:
         """The rows as their author wrote them, with the true parameters, and phi where it stands there as it is."""
@@ -545,6 +562,18 @@ def _derivatives(experiment: Experiment, count: int) -> list[Expression]:
 def _counted(which: str, count: int) -> str:
     """The last term, or how many of the last."""
     return f"the {which}term" if count == 1 else f"the {which}{count} terms"
+
+
+def _by(names: Sequence[str]) -> str:
+    """What is differentiated by, in words: x1, or x1 twice and r."""
+    counts = {name: names.count(name) if len({*names}) > 1 else 1 for name in names}
+    times = {1: "", 2: " twice", 3: " three times"}
+    return _listed([name + times.get(count, f" {count} times") for name, count in counts.items()])
+
+
+def _listed(words: Sequence[str]) -> str:
+    """Words as a sentence lists them."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def _genitive(names: str) -> str:

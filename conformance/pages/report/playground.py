@@ -29,7 +29,7 @@ from conformance.theory.derivation import letter
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import Experiment, is_diagonal
 from conformance.theory.expressions import FUNCTIONS, names_in
-from conformance.theory.statements import Parameter, parameters_of, statements_of
+from conformance.theory.statements import ENTRY, Parameter, parameters_of, statements_of
 from conformance.trials.edits import Edit, edited
 from conformance.trials.variant import EVERY, Variant
 from conformance.truth.exact import Exact
@@ -190,7 +190,7 @@ def sliders(experiment: Experiment) -> list[Slider]:
     return [
         slider(c, in_plant=c.name in rows)
         for c in parameters_of(experiment)
-        if c.name != "final_time" and c.wording != "entry of the adaptation gain"
+        if c.name != "final_time" and not c.wording.startswith(ENTRY)
     ]
 
 

@@ -8,7 +8,7 @@
 #               phi: regressor;  theta: unknown parameter (1/s);  theta_hat: estimate of theta;
 #               x_dot: time derivative of x;  x_dot_known: what of x_dot is known;
 #               alpha1_x1: partial derivative of alpha1 with respect to x1
-#     (n)       section n of the lesson
+#     (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 #
 #     run       awk -f Chapter17_Lesson1.awk
 
@@ -47,7 +47,7 @@ function controller(t, x1, x2, theta_hat) {
     alpha1 = -k1 * z1 - theta_hat * phi + r_dot  # (7) virtual control
     z2 = x2 - alpha1  # (5) distance from the virtual control
     # phi(x1) = x1 has the derivative 1
-    alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1
+    alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1 by x1
     tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function
     theta_hat_dot = gamma * tau2  # (7) update law
     # alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place

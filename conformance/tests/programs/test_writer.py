@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The writer: the lesson's programs are what it writes, byte for byte; those of other plants are proven as written."""
 
+import functools
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -30,6 +32,11 @@ def experiment(plant: str) -> Experiment:
     return read_experiment(ROOT / "plants" / f"{plant}.toml")
 
 
+@functools.cache
+def written(plant: str, name: str) -> str:
+    return write(experiment(plant), PORTS[name])
+
+
 def program(of: Experiment, port: Port) -> Program:
     return Program(of, port, statements_of(of))
 
@@ -51,7 +58,7 @@ def test_the_lessons_programs_are_the_same_bytes_in_any_locale(locale: str, tmp_
 @every_plant
 def test_lines_are_short_enough_to_be_read(plant: str, any_port: Port) -> None:
     ends = ('", "Input"],', '", "Text"],', '", "Title"],')  # of the notebook's file, which its reader does not see
-    for line in write(experiment(plant), any_port).splitlines():
+    for line in written(plant, any_port.name).splitlines():
         shown = line.replace('\\"', '"').removeprefix('Cell["')
         assert len(next((shown.removesuffix(end) for end in ends if shown.endswith(end)), shown)) <= WIDTH, line
 
@@ -60,13 +67,26 @@ def test_lines_are_short_enough_to_be_read(plant: str, any_port: Port) -> None:
 @every_plant
 def test_every_statement_is_written_once_and_means_what_it_says(plant: str, any_port: Port) -> None:
     of = experiment(plant)
-    for written, said in zip(read_back(program(of, any_port), write(of, any_port)), statements_of(of), strict=True):
+    there = read_back(program(of, any_port), written(plant, any_port.name))
+    for found, said in zip(there, statements_of(of), strict=True):
         values = {name: complex(i + 2) / 7 for i, name in enumerate(sorted({*expressions.names_in(said.expression)}))}
-        assert worth(written, values) == pytest.approx(worth(said, values), rel=1e-13), said.name
+        assert worth(found, values) == pytest.approx(worth(said, values), rel=1e-13), said.name
 
 
 def worth(s: Statement, values: dict[str, complex]) -> complex:
     return complex(to_sympy(s.expression, lambda name: values[name]))
+
+
+@every_port
+@every_plant
+def test_the_head_says_where_the_numbers_are_from(plant: str, any_port: Port) -> None:
+    """Tags are sections of the lesson; numbers that stand in none have (0), which the head explains by the source."""
+    of = experiment(plant)
+    text = written(plant, any_port.name)
+    head, _, code = text.partition(any_port.section.format("Parameters"))
+    said = " ".join(head.replace(any_port.comment[0].strip(), " ").split())
+    assert ("(15)" in code) is (of.section == "(15)") and ("(0)" in code) is (of.section == "")
+    assert bool(re.search(rf"\(0\):? {re.escape(of.source)}", said)) is (of.section == "")
 
 
 @every_port

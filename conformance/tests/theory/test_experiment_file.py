@@ -116,7 +116,7 @@ def test_a_file_extends_another_and_says_only_what_differs() -> None:
     lesson, problem_6 = read_experiment(LESSON), read_experiment(LESSON.with_name("problem_6.toml"))
     assert problem_6.rows == lesson.rows and problem_6.k == lesson.k and problem_6.unknown == lesson.unknown
     assert str(reference_of(problem_6)) == "2*cos(t/2)/5" and problem_6.name == "problem_6"
-    assert problem_6.facts != lesson.facts
+    assert problem_6.facts != lesson.facts and (lesson.section, problem_6.section) == ("(15)", "")
 
 
 @pytest.mark.parametrize("path", PLANTS, ids=lambda path: path.stem)

@@ -44,7 +44,7 @@ z1 = x1 - r  # (5) tracking error
 alpha1 = -k1 * z1 - theta_hat * phi + r_dot  # (7) virtual control
 z2 = x2 - alpha1  # (5) distance from the virtual control
 # phi(x1) = x1 has the derivative 1
-alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1
+alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1 by x1
 tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function
 theta_hat_dot = gamma * tau2  # (7) update law
 # alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place
@@ -127,7 +127,29 @@ def test_problem_1c_is_short_enough_to_be_read() -> None:
 def test_remarks_tell_terms_of_a_moving_estimate_from_those_that_earlier_tau_lack() -> None:
     remarks = {s.name: s.remark for s in controller(experiment("problem_1c"))}
     assert remarks["alpha2"].endswith("hence the last term, with tau2 since tau3 is not known yet")
-    assert remarks["u"].endswith("the 2 terms before the last term; the last term for w3 z3, which tau2 lacks")
+    assert remarks["u"].endswith("the 2 terms before the last; the last makes up for w3 z3, which tau2 lacks")
+    remarks = {s.name: s.remark for s in controller(experiment("chain_4"))}
+    assert remarks["alpha3"].endswith("hence the term before the last, with tau3 since tau4 is not known yet; the last "
+                                      "makes up for w3 z3, which tau2 lacks")  # fmt: skip
+    assert remarks["u"].endswith("the term before the last 2; the last 2 make up for w4 z4, which tau2 and tau3 lack")
+
+
+def test_remarks_tell_where_each_of_three_steps_or_more_begins() -> None:
+    told = {name: [s for s in controller(experiment(name)) if s.remark.startswith("step ")] for name in PLANTS}
+    assert [(s.name, s.remark) for s in told["motor_arm"]] == [
+        ("z1", "step 1 of 3: z1, and alpha1 for v to follow"),
+        ("g2", "step 2 of 3: z2, and alpha2 for I to follow"),
+        ("z3", "step 3 of 3: z3, the update laws, and u"),
+    ]
+    assert told["khalil"][-1].remark == "step 3 of 3: z3 and u" and len(told["chain_4"]) == 4
+    assert told["Chapter17_Lesson1"] == []
+
+
+def test_a_partial_derivative_says_by_what() -> None:
+    wordings = {s.name: s.wording for s in controller(experiment("chain_4"))}
+    assert wordings["alpha3_r_dot"] == "partial derivative of alpha3 by r_dot"
+    assert wordings["w2_x1_x1"] == "second partial derivative of w2 by x1"
+    assert wordings["alpha2_x1_theta_hat"] == "second partial derivative of alpha2 by x1 and theta_hat"
 
 
 def test_a_chain_of_four_states_is_short_enough_to_be_written() -> None:
@@ -141,7 +163,8 @@ def test_a_design_of_five_states_is_refused_unless_it_is_asked_for() -> None:
     e = replace(experiment("chain_4"), states=states, rows=rows, k=one, start=one)
     with pytest.raises(TooLarge, match="--large"):
         statements_of(e)
-    assert len(controller(e, large=True)) > LARGE
+    wordings = [s.wording for s in controller(e, large=True)]
+    assert len(wordings) > LARGE and "third partial derivative of alpha2 by x1 twice and x2" in wordings
 
 
 def test_a_constant_is_a_name_in_the_statements_and_a_number_in_the_proof() -> None:

@@ -8,7 +8,7 @@
 //               phi: regressor;  theta: unknown parameter (1/s);  thetaHat: estimate of theta;
 //               xDot: time derivative of x;  xDotKnown: what of xDot is known;
 //               alpha1X1: partial derivative of alpha1 with respect to x1
-//     (n)       section n of the lesson
+//     (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 //
 //     build     go build Chapter17_Lesson1.go
 //     run       ./Chapter17_Lesson1
@@ -59,7 +59,7 @@ func controller(t, x1, x2, thetaHat float64) (float64, float64, float64) {
 	alpha1 := -k1*z1 - thetaHat*phi + rDot // (7) virtual control
 	z2 := x2 - alpha1                      // (5) distance from the virtual control
 	// phi(x1) = x1 has the derivative 1
-	alpha1X1 := -k1 - thetaHat       // (7) partial derivative of alpha1
+	alpha1X1 := -k1 - thetaHat       // (7) partial derivative of alpha1 by x1
 	tau2 := phi*z1 - alpha1X1*phi*z2 // (7) tuning function
 	thetaHatDot := gamma * tau2      // (7) update law
 	// alpha1' contains theta, by x1': this is what is left of it with thetaHat in theta's place
