@@ -2,6 +2,7 @@
 """The step of the fixed-step programs: the largest decimal with which the classical RK4 keeps its share of error."""
 
 import functools
+import keyword
 import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
@@ -82,9 +83,7 @@ def closed_loop(experiment: Experiment) -> Callable[[float, State], State]:
     return found
 
 
-RESERVED = frozenset(
-    [*FUNCTIONS, "slope", "state", "lambda", "def", "return", "in", "is", "if", "as", "or", "and", "not"]
-)
+RESERVED = frozenset([*FUNCTIONS, "slope", "state", *keyword.kwlist])
 
 
 def initial_state(experiment: Experiment) -> State:

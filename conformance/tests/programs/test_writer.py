@@ -6,13 +6,15 @@ import os
 import re
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from conformance.programs import writer
-from conformance.programs.layout import WIDTH
+from conformance.programs.layout import HANGING, WIDTH
 from conformance.programs.ports import ROOT, Port, read_ports
+from conformance.programs.sources import first_line
 from conformance.programs.writer import Program, file_name, read_back, write, write_programs
 from conformance.theory import expressions
 from conformance.theory.design import DesignError
@@ -46,12 +48,13 @@ def test_the_lessons_program_is_what_the_writer_writes(any_port: Port) -> None:
     assert write(experiment("Chapter17_Lesson1"), any_port).encode() == any_port.source_path.read_bytes()
 
 
-@pytest.mark.parametrize("locale", ["C", "de_DE.UTF-8"])
-def test_the_lessons_programs_are_the_same_bytes_in_any_locale(locale: str, tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "conformance", "write", "plants/Chapter17_Lesson1.toml", "--to", tmp_path]
+@pytest.mark.parametrize(("plant", "locale"), [("problem_1c", "C"), ("Chapter17_Lesson1", "de_DE.UTF-8")])
+def test_written_twice_programs_are_the_same_bytes_in_any_locale(plant: str, locale: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "conformance", "write", f"plants/{plant}.toml", "--to", tmp_path]
     subprocess.run(command, cwd=ROOT, env={**os.environ, "LC_ALL": locale, "PYTHONUTF8": "0"}, check=True)
-    for port in PORTS.values():
-        assert (tmp_path / port.folder.name / port.source).read_bytes() == port.source_path.read_bytes()
+    for name, port in PORTS.items():
+        there = tmp_path / port.folder.name / file_name(port, plant)
+        assert there.read_bytes() == written(plant, name).encode()
 
 
 @every_port
@@ -61,6 +64,70 @@ def test_lines_are_short_enough_to_be_read(plant: str, any_port: Port) -> None:
     for line in written(plant, any_port.name).splitlines():
         shown = line.replace('\\"', '"').removeprefix('Cell["')
         assert len(next((shown.removesuffix(end) for end in ends if shown.endswith(end)), shown)) <= WIDTH, line
+
+
+@every_port
+@every_plant
+def test_a_long_statement_goes_on_with_an_operator_below_an_operand(plant: str, any_port: Port) -> None:
+    assert misplaced(any_port, written(plant, any_port.name)) == []
+
+
+def test_a_line_that_goes_on_elsewhere_is_noticed() -> None:
+    text = written("problem_1c", "cpp")
+    assert text.count("\n" + " " * 21 + "- gamma_gain * phi1_1 * w3_1") == 1
+    assert (
+        len(misplaced(PORTS["cpp"], text.replace("- gamma_gain * phi1_1 * w3_1", " - gamma_gain * phi1_1 * w3_1"))) == 1
+    )
+
+
+def misplaced(port: Port, text: str) -> list[str]:
+    """The lines of statements that go on elsewhere than below an operand, in a bracket, or eight columns further in."""
+    lines, found = text.splitlines(), []
+    for number, line in enumerate(lines):
+        if re.search(rf"\S.*{re.escape(port.comment[0])}\(\d+\) ", line):
+            whole = lines[first_line(lines, number) : number + 1]
+            columns = {len(whole[0]) - len(whole[0].lstrip(" '")) + HANGING, whole[0].index("= ") + 2}
+            for before, after in pairwise(whole):
+                columns |= {i + 1 for i, c in enumerate(before) if c in "(["}
+                if len(after) - len(after.lstrip(" '")) not in columns:
+                    found.append(after)
+    return found
+
+
+RESERVED = """title = "States whose names are words of languages"
+name = "reserved"
+source = "ours"
+[plant]
+class = "end + lambda*class^2"
+end = "I/beta"
+I = "u + pi*end"
+[constants]
+beta = "2"
+[unknown]
+lambda = ["0.5", "0"]
+pi = ["0.5", "0"]
+[design]
+k = ["1", "1", "1"]
+Gamma = "1"
+[experiment]
+reference = "0.5*sin(t)"
+start = ["0.2", "0", "0"]
+horizon = "2"
+"""
+RESPELLED = {name: ("class", "class_value") for name in ("cpp", "python")} | {"java": ("class", "classValue")}
+RESPELLED |= {name: ("end", "endValue") for name in ("matlab", "simulink")} | {"mathematica": ("I", "IValue")}
+
+
+@every_port
+def test_names_that_a_language_reserves_are_respelled_and_read_back(any_port: Port, tmp_path: Path) -> None:
+    path = tmp_path / "reserved.toml"
+    path.write_text(RESERVED)
+    of = read_experiment(path)
+    text, (name, own) = write(of, any_port), RESPELLED[any_port.name]
+    code = re.sub(rf"{re.escape(any_port.comment[0])}.*", "", text[text.index(any_port.section.format("Controller")) :])
+    assert program(of, any_port).spelling.name(name) == own and re.search(rf"\b{own}\b", code)
+    there = {s.name: set(expressions.names_in(s.expression)) for s in read_back(program(of, any_port), text)}
+    assert there["end_dot"] == {"I", "beta"} and there["z1"] == {"class", "r"} and there["z3"] == {"I", "alpha2"}
 
 
 @every_port
