@@ -39,11 +39,12 @@ from conformance.theory.program import explicit
 from conformance.theory.statements import statements_of
 from conformance.trials import mutants, named
 from conformance.trials.campaign import Trial, draw, prepare_all, run_campaign, run_program, scratch_tree, trial
-from conformance.trials.edits import constant_edit, edited
+from conformance.trials.edits import Edit, constant_edit, edited
 from conformance.trials.variant import copy_tree, read_variants, runnable
 from conformance.truth.certificate import certificate
 from conformance.truth.certify import certify, parse
 from conformance.truth.exact import CONTRACT, exact
+from conformance.truth.exact import prove as prove_solution
 from conformance.truth.experiment import family, problem
 from conformance.truth.sensitivity import sensitivity
 from conformance.truth.truth import Enclosure, InitialValueProblem, ProofEnded, enclose
@@ -137,6 +138,22 @@ def bench_proofs() -> None:
         for kind, gains in (("mild", plants.MILD), ("harsh", plants.HARSH)):
             rows.append((f"{name}, {kind}", "1e-12", *proof_figures(plants.problem(name, gains), 1e-12)))
     print(layout(rows))
+
+
+def bench_proofs_of_plants() -> None:
+    """CPU time of the proof of every plant in plants/ to 1e-12, of which nothing was kept."""
+    rows: list[tuple[str, ...]] = [("proof to 1e-12", "derived s", "enclosed s", "steps", "all that is judged by s")]
+    longest = 0.0
+    for path in sorted((ROOT / "plants").glob("*.toml")):
+        experiment = read_experiment(path)
+        of, deriving = worked(partial(problem, experiment))
+        enclosed, enclosing = worked(partial(enclose, of, 1e-12))
+        _, whole = worked(partial(prove_solution, experiment, 1e-12))
+        longest = max(longest, deriving + whole)
+        figures = (f"{deriving:.2f}", f"{enclosing:.2f}", str(len(enclosed.starts)), f"{deriving + whole:.1f}")
+        rows.append((path.stem, *figures))
+    print(layout(rows))
+    print(f"proofs of plants: each in at most {longest:.1f} s of CPU time (aim: 30 s)")
 
 
 def proof_figures(of: InitialValueProblem, target: float) -> tuple[str, str, str]:
@@ -316,7 +333,7 @@ def bench_plants(limit: float = 60.0) -> None:
 
 def bench_design() -> None:
     """From an experiment file to six programs, each proven as it is written, for every plant in plants/; CPU time."""
-    head = ("plant", "read s", "statements", "derived s", "proven s", "step s", "six written s", "operations of a step")
+    head = ("plant", "read s", "statements", "derived s", "proven s", "step s", "six written s", "in all s")
     rows: list[tuple[str, ...]] = [head]
     for path in sorted((ROOT / "plants").glob("*.toml")):
         experiment, reading = worked(partial(read_experiment, path))
@@ -324,10 +341,11 @@ def bench_design() -> None:
         _, proving = worked(partial(prove, experiment, statements))
         _, stepping = worked(partial(step_of, experiment))
         _, writing = worked(partial(written, experiment))
-        count = 4 * sum(operations(s.expression) for s in statements)
         times = (f"{reading:.2f}", str(len(statements)), f"{deriving:.3f}", f"{proving:.2f}", f"{stepping:.2f}")
-        rows.append((path.stem, *times, f"{writing:.2f}", str(count)))
+        whole = reading + deriving + proving + stepping + writing
+        rows.append((path.stem, *times, f"{writing:.2f}", f"{whole:.2f}"))
     print(layout(rows))
+    print("aims: the lesson 0.5 s, n = 4 2 s")
 
 
 def worked(action: Callable[[], T]) -> tuple[T, float]:
@@ -339,6 +357,49 @@ def worked(action: Callable[[], T]) -> tuple[T, float]:
 def written(experiment: Experiment) -> list[str]:
     """The programs of an experiment, of every port that has a template."""
     return [write(experiment, port) for port in read_ports().values() if port.template]
+
+
+STEPS, TURNS = 500_000, 3
+OF_RK4 = 13  # operations of a step for each state, beside those of the closed loop
+
+
+def bench_steps() -> None:
+    """CPU time of a step of RK4 in the C++ programs, and for each of its operations, against the lesson's."""
+    paths = sorted((ROOT / "plants").glob("*.toml"), key=lambda path: path.stem != LESSON.name)
+    experiments = {path.stem: read_experiment(path) for path in paths}
+    rows: list[tuple[str, ...]] = [("C++", "operations of a step", "step ns", "operation ns", "of the lesson's")]
+    with tempfile.TemporaryDirectory() as name:
+        programs = {stem: long_program(e, Path(name)) for stem, e in experiments.items()}
+        times = {stem: min(worked_by(programs[stem]) for _ in range(TURNS)) / STEPS for stem in experiments}
+    each = {stem: times[stem] / operations_of_step(e) for stem, e in experiments.items()}
+    for stem, e in experiments.items():
+        figures = (f"{1e9 * times[stem]:.0f}", f"{1e9 * each[stem]:.2f}", f"{each[stem] / each[LESSON.name]:.2f}")
+        rows.append((stem, str(operations_of_step(e)), *figures))
+    print(layout(rows))
+    print(f"an operation takes at most {max(each.values()) / each[LESSON.name]:.2f} of the lesson's (aim: 1.05)")
+
+
+def operations_of_step(e: Experiment) -> int:
+    """The operators, signs and functions of a step of RK4."""
+    return 4 * sum(operations(s.expression) for s in statements_of(e)) + OF_RK4 * len(e.names)
+
+
+def long_program(experiment: Experiment, folder: Path) -> Path:
+    """The compiled C++ program that simulates the experiment again and again, and writes no CSV."""
+    turns = round(STEPS * step_of(experiment) / experiment.horizon)
+    again = Edit("write_csv(trajectory);", f"for (int i = 1; i < {turns}; ++i) {{ simulate(); }}")
+    source = folder / f"{experiment.name}.cpp"
+    source.write_text(edited(write(experiment, read_ports()["cpp"]), [again]))
+    seconds(["g++", "-std=c++17", "-O2", "-o", experiment.name, source.name], folder)
+    return source.with_suffix("")
+
+
+def worked_by(program: Path) -> float:
+    """The CPU time of a program in s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds([str(program)], program.parent)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def bench_gallery() -> None:
@@ -420,10 +481,12 @@ if __name__ == "__main__":
     bench_campaign()
     bench_truth()
     bench_proofs()
+    bench_proofs_of_plants()
     bench_validate()
     bench_diagnosis()
     bench_page()
     bench_fuzz()
     bench_design()
+    bench_steps()
     bench_gallery()
     bench_plants()

@@ -87,17 +87,8 @@ def write_programs(experiment: Experiment, ports: Iterable[Port], folder: Path, 
     Nothing is written, and ValueError raised, where a port has no template, or where a file is there that says another
     thing, unless `force`.
     """
-    texts: dict[Path, str] = {}
-    programs = []
-    for port in ports:
-        to = folder / port.folder.name
-        text = write(experiment, port)
-        programs.append(to / file_name(port, experiment.name))
-        texts[programs[-1]] = text
-        lesson = port.source.removesuffix(file_name(port, ""))
-        for path in (path for pattern in port.needs for path in sorted(port.folder.glob(pattern))):
-            text = path.read_text(encoding="utf-8").replace(lesson, experiment.name)
-            texts[to / path.relative_to(port.folder)] = text
+    asked = tuple(ports)
+    texts = {folder / path: text for port in asked for path, text in files_of(experiment, port).items()}
     edited = [path for path, text in texts.items() if path.exists() and path.read_bytes() != text.encode()]
     if edited and not force:
         raise ValueError(
@@ -106,7 +97,19 @@ def write_programs(experiment: Experiment, ports: Iterable[Port], folder: Path, 
     for path, text in texts.items():
         if not path.exists() or path in edited:
             write_atomically(path, text)
-    return programs
+    return [folder / next(iter(files_of(experiment, port))) for port in asked]
+
+
+@functools.lru_cache(64)
+def files_of(experiment: Experiment, port: Port) -> dict[Path, str]:
+    """What a port's program of an experiment consists of, by its place: the program, then what it needs to run."""
+    folder = Path(port.folder.name)
+    texts = {folder / file_name(port, experiment.name): write(experiment, port)}
+    lesson = port.source.removesuffix(file_name(port, ""))
+    for path in (path for pattern in port.needs for path in sorted(port.folder.glob(pattern))):
+        text = path.read_text(encoding="utf-8").replace(lesson, experiment.name)
+        texts[folder / path.relative_to(port.folder)] = text
+    return texts
 
 
 def file_name(port: Port, stem: str) -> str:
