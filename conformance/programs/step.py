@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""The step of the fixed-step programs: the largest decimal with which the classical RK4 keeps its share of error."""
+"""The step of the fixed-step programs, and how close rows are logged: the largest that keep their share of error."""
 
 import functools
 import keyword
 import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 from conformance.programs.ports import Port
@@ -42,6 +43,37 @@ def step_of(experiment: Experiment) -> Fraction:
         if error(coarse[1], finer[1]) <= SHARE:
             return step
     raise ValueError(f"{experiment.name}: RK4 keeps {SHARE:.1e} with no step from {float(SMALLEST)} s; state a step")
+
+
+@functools.lru_cache(64)
+def intervals_of(experiment: Experiment, spacing: Fraction) -> int:
+    """In how many intervals of about that spacing (s) to log; twice or more times as many where these are too long.
+
+    They are too long where the solution cannot be drawn from its rows to within the share.
+    Raises ValueError where no spacing will do.
+    """
+    slope, start, horizon = closed_loop(experiment), initial_state(experiment), experiment.horizon
+    count = max(1, round(horizon / spacing))
+    while horizon / count >= SMALLEST:
+        if missed(trajectory(slope, start, horizon, horizon / count)) <= SHARE:
+            return count
+        count *= 2
+    raise ValueError(f"{experiment.name}: rows are too far apart at any spacing from {float(SMALLEST)} s")
+
+
+def missed(rows: Sequence[State]) -> float:
+    """By how much the quintics through rows and their derivatives miss the solution midway, of each state's scale.
+
+    It is h^6 / 46080 times the sixth derivative, which the sixth differences of the rows estimate.
+    """
+    worst = 0.0
+    for values in zip(*rows, strict=True):
+        scale, differences = max(1.0, max(map(abs, values))), values
+        for _ in range(6):
+            differences = tuple(b - a for a, b in pairwise(differences))
+        sizes = (abs(d) / scale / 46080 for d in differences)
+        worst = max(worst, *(size if math.isfinite(size) else math.inf for size in sizes), 0.0)
+    return worst
 
 
 def candidates(horizon: Fraction) -> Iterator[Fraction]:

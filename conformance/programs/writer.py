@@ -19,7 +19,7 @@ from conformance.programs.layout import WIDTH, Line, aligned, broken, filled, li
 from conformance.programs.ports import Port
 from conformance.programs.sources import statements
 from conformance.programs.spelling import Spelling
-from conformance.programs.step import step_of
+from conformance.programs.step import intervals_of, step_of
 from conformance.theory import expressions
 from conformance.theory.derivation import letter
 from conformance.theory.experiments import INPUT, Experiment
@@ -320,8 +320,8 @@ class Program:
         return Line((code,), self.comment(words))
 
     def intervals(self, spacing: str) -> str:
-        """How many intervals of about that length the horizon has."""
-        return str(max(1, round(self.experiment.horizon / Fraction(spacing))))
+        """How many intervals of about that length (s), or of less where need be, the horizon has."""
+        return str(intervals_of(self.experiment, Fraction(spacing)))
 
     # -------------------------------------------------------------- the head
 

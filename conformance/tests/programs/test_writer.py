@@ -2,10 +2,13 @@
 """The writer: the lesson's programs are what it writes, byte for byte; those of other plants are proven as written."""
 
 import functools
+import math
 import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,6 +18,7 @@ from conformance.programs import writer
 from conformance.programs.layout import HANGING, WIDTH
 from conformance.programs.ports import ROOT, Port, read_ports
 from conformance.programs.sources import first_line
+from conformance.programs.step import SHARE, closed_loop, initial_state, missed, trajectory
 from conformance.programs.writer import Program, file_name, read_back, write, write_programs
 from conformance.theory import expressions
 from conformance.theory.design import DesignError
@@ -176,6 +180,22 @@ def test_a_statement_that_is_not_written_is_missed(any_port: Port, monkeypatch: 
     monkeypatch.setattr(writer, "rendered", lambda _: text.replace(line, ""))
     with pytest.raises(ValueError, match=f"{any_port.name}: found alpha1, expected the statement of z1"):
         write(of, any_port)
+
+
+def test_what_is_missed_between_rows_is_that_of_a_quintic() -> None:
+    """Of sin(w t), whose sixth derivative is -w^6 sin(w t)."""
+    w, h = 20, 0.01
+    rows = [(math.sin(w * h * i),) for i in range(200)]
+    assert missed(rows) == pytest.approx((w * h) ** 6 / 46080, rel=0.05)
+    assert missed([*rows, (math.nan,)]) == math.inf
+
+
+def test_rows_of_a_fast_plant_are_closer() -> None:
+    fast = replace(experiment("khalil"), k=(Fraction(32),) * 3, horizon=Fraction(2))
+    slow = replace(fast, k=experiment("khalil").k)
+    for of, count in ((slow, 200), (fast, 400)):
+        assert re.search(rf"^intervals = {count};", write(of, PORTS["mathematica"]), re.MULTILINE)
+    assert missed(trajectory(closed_loop(fast), initial_state(fast), fast.horizon, Fraction(1, 100))) > SHARE
 
 
 def test_programs_to_take_away_have_what_they_need(tmp_path: Path) -> None:
