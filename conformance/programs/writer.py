@@ -40,7 +40,7 @@ from conformance.theory.statements import (
 
 HEAD_WIDTH = 100  # columns of the head
 MOST_NAMES, LONGEST_LIST = 4, 30  # names that are listed one by one, and their characters
-LESSON = "the lesson, A. Mohammadijoo's Chapter 17, Lesson 1"
+SECTION = "section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1"  # which a tag (n) names
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 Kind = tuple[list[str], str]
@@ -333,7 +333,7 @@ class Program:
             "task": [f"{self.word(self.experiment.states[0])} follows r(t), and every signal stays bounded"],
             "notation": [p.replace(" ", "\0") for p in self.notation()],
             OWN: [] if self.experiment.section else self.experiment.source.split(),
-            "(n)": f"section n of {LESSON}".split(),
+            "(n)": SECTION.split(),
         }
         for label, parts in parts_of.items():
             opening = start + labelled.format(label)
