@@ -102,7 +102,11 @@ def parser() -> Parser:
     table.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
     report = commands.add_parser("report", help="write the page on what the programs left, one self-contained file")
     report.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
-    report.add_argument("--plants", action="store_true", help="the index of the plants of plants/ instead")
+    what = report.add_mutually_exclusive_group()
+    what.add_argument("--plants", action="store_true", help="the index of the plants of plants/ instead")
+    what.add_argument(
+        "--since", type=Path, metavar="EARLIER.json", help="say what changed since this result, as diff does"
+    )
     report.add_argument(
         "--to",
         type=Path,
@@ -385,7 +389,9 @@ def validate(arguments: argparse.Namespace) -> int:
 
 def report(arguments: argparse.Namespace) -> int:
     """The page, or the index of plants."""
+    from conformance.judging.difference import read_result
     from conformance.judging.verdict import judge_all
+    from conformance.pages.report.evidence import changed
     from conformance.pages.report.gallery import GALLERY, gallery
     from conformance.pages.report.page import page, page_of
     from conformance.places import PLANTS
@@ -395,12 +401,15 @@ def report(arguments: argparse.Namespace) -> int:
 
     experiment = read_experiment(arguments.plant) if arguments.plant else LESSON
     path = arguments.to or (GALLERY if arguments.plants else page_of(experiment))
-    check_output(path)
+    check_output(path, arguments.since)
     if arguments.plants:
         whole = gallery(sorted(PLANTS.glob("*.toml")))
     else:
+        earlier = arguments.since and read_result(arguments.since)
         ports = selected_ports(plant=experiment.name if arguments.plant else "")
-        whole = page(ports, judge_all(ports, experiment), experiment)
+        judgement = judge_all(ports, experiment)
+        changes = changed(arguments.since.name, earlier, judgement) if earlier else None
+        whole = page(ports, judgement, experiment, changes)
     write_output(path, whole)
     if str(path) != "-":
         print(f"the page is {plain(path, MESSAGE)}, {len(whole.encode()) / 1e6:.1f} MB")

@@ -2,14 +2,42 @@
 """What changed between two results (build/result.json, or what validate --json writes)."""
 
 import json
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from conformance.foreign import plain, read_json
 
 SCHEMA = Path(__file__).with_name("result.schema.json")
 NOTABLE = 1.1  # a figure that changes by less than this factor is not told: compilers and libraries round otherwise
+CLAIMED = ("status", "engine")  # what a verdict says beside its results
 SLIGHT = 1e-3  # of the bound: what stays below it is not told
+
+
+class Change(NamedTuple):
+    """What changed of a program: its status, its engine or a claim; `what` is "" where the program came or went.
+
+    None is before what came, and after what went. `way` is worse, better, or "" for neither.
+    """
+
+    name: str
+    what: str
+    was: str | None
+    now: str | None
+    way: str = ""
+    factor: str = ""
+
+    def __str__(self) -> str:
+        of = f"{self.name}: {self.what}: " if self.what else f"{self.name}: "
+        if self.now is None:
+            return f"{of}{'no longer measured' if self.what else 'gone'}"
+        if self.was is None:
+            return f"{of}new, {self.now}"
+        if self.what in CLAIMED:
+            return f"{self.name}: {self.what} was '{self.was}', is '{self.now}'"
+        factor = f" ({self.factor})" if self.factor else ""
+        return f"{of}{self.way + ', ' if self.way else ''}was {self.was}, is {self.now}{factor}"
 
 
 def read_result(path: Path) -> dict[str, Any]:
@@ -25,43 +53,59 @@ def read_result(path: Path) -> dict[str, Any]:
             f"{plain(path.name)}, {where}: found no result of this suite ({plain(wrong.message)}); "
             "check writes build/result.json"
         )
-    return {verdict["name"]: verdict for verdict in whole["verdicts"]}
+    return by_name(whole)
 
 
-def differences(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
-    """One line per change, what got worse before what got better; then their numbers.
+def by_name(result: Mapping[str, Any]) -> dict[str, Any]:
+    """The verdicts of a result."""
+    return {verdict["name"]: verdict for verdict in result["verdicts"]}
 
-    What came or went; a status, engine, claim or bound; a figure by a tenth.
-    """
-    lines = [f"{plain(name)}: gone" for name in old if name not in new]
-    moved: dict[str, list[str]] = {"worse": [], "better": []}
+
+def differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
+    """One line per change, and their numbers."""
+    found = changes(old, new)
+    return [*map(str, found), *filter(None, [counted(found)])]
+
+
+def counted(found: Iterable[Change]) -> str:
+    """How many got worse and better; "" where none did."""
+    ways = Counter(change.way for change in found)
+    return ", ".join(f"{ways[way]} {way}" for way in ("worse", "better") if ways[way])
+
+
+def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[Change]:
+    """What came or went: a status, engine, claim or bound, a figure by a tenth; then what got worse, then better."""
+    found = [*_changes(old, new)]
+    return sorted(found, key=lambda change: ("", "worse", "better").index(change.way))
+
+
+def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
+    for name in old:
+        if name not in new:
+            yield Change(plain(name), "", "there", None)
     for name, verdict in new.items():
         if name not in old:
-            lines.append(f"{plain(name)}: new, {verdict['status']}")
+            yield Change(plain(name), "", None, verdict["status"])
             continue
-        for what in ("status", "engine"):
+        for what in CLAIMED:
             if old[name][what] != verdict[what]:
-                lines.append(f"{plain(name)}: {what} was '{plain(old[name][what])}', is '{plain(verdict[what])}'")
-        for way, line in _changed_results(old[name]["results"], verdict["results"]):
-            moved.get(way, lines).append(f"{plain(name)}: {line}")
-    counts = [f"{len(told)} {way}" for way, told in moved.items() if told]
-    return [*lines, *moved["worse"], *moved["better"], *([", ".join(counts)] if counts else [])]
+                yield Change(plain(name), what, plain(old[name][what]), plain(verdict[what]))
+        yield from _changed_results(plain(name), old[name]["results"], verdict["results"])
 
 
-def _changed_results(old: list[dict[str, Any]], new: list[dict[str, Any]]) -> list[tuple[str, str]]:
-    """Whether each changed claim got better or worse, "" for neither, and the line that tells it."""
+def _changed_results(name: str, old: list[dict[str, Any]], new: list[dict[str, Any]]) -> Iterator[Change]:
     before = {result["claim"]: result for result in old}
     after = {result["claim"]: result for result in new}
-    lines = [("", f"{claim}: no longer measured") for claim in before if claim not in after]
+    for claim, result in before.items():
+        if claim not in after:
+            yield Change(name, claim, _said(result), None)
     for claim, result in after.items():
         if claim not in before:
-            lines.append(("", f"{claim}: new, {_said(result)}"))
+            yield Change(name, claim, None, _said(result))
             continue
         way = _way(before[claim], result)
         if way or before[claim]["bound"] != result["bound"]:
-            told = f"{claim}: {way + ', ' if way else ''}was {_said(before[claim])}, is {_said(result)}"
-            lines.append((way, told + _factor(before[claim], result)))
-    return lines
+            yield Change(name, claim, _said(before[claim]), _said(result), way, _factor(before[claim], result))
 
 
 def _way(old: dict[str, Any], new: dict[str, Any]) -> str:
@@ -81,7 +125,7 @@ def _said(result: dict[str, Any]) -> str:
 
 def _factor(old: dict[str, Any], new: dict[str, Any]) -> str:
     a, b = sorted((_figure(old), _figure(new)))
-    return f" ({b / a:.3g} times)" if 0 < a < b < float("inf") else ""
+    return f"{b / a:.3g} times" if 0 < a < b < float("inf") else ""
 
 
 def _figure(result: dict[str, Any]) -> float:

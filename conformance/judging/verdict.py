@@ -40,6 +40,8 @@ from conformance.truth.exact import TARGET, exact
 if TYPE_CHECKING:
     from conformance.truth.enclosure import Progress
 
+EXACT = "-equals-the-exact-solution"  # ends the claims of the comparison with it
+CAUSE = "  usual cause: "  # begins a line below that of a check that failed
 MOST_COLUMNS = 3  # of a table's states
 SAMPLED = "the bounds rest on slopes at samples of the solution: sensitivities could not be proven to the horizon"
 STATUSES = ("pass", "fail", "error", "missing", "stale", "left out")
@@ -68,8 +70,7 @@ class Verdict:
     @property
     def errors(self) -> dict[str, Result]:
         """The comparison with the exact solution, by state; empty where nothing was measured."""
-        ending = "-equals-the-exact-solution"
-        return {r.claim.removesuffix(ending): r for r in self.results if r.claim.endswith(ending)}
+        return {r.claim.removesuffix(EXACT): r for r in self.results if r.claim.endswith(EXACT)}
 
 
 @dataclass(frozen=True)
@@ -175,7 +176,7 @@ def _judge_run(port: Port, experiment: Experiment, diagnose: bool) -> Verdict:
 
 def explain(check: Check, result: Result) -> str:
     """A result that failed, in words, with its usual cause."""
-    return f"{result}\n  usual cause: {check.cause}"
+    return f"{result}\n{CAUSE}{check.cause}"
 
 
 def _with_contract(port: Port, verdict: Verdict, t: Array, tolerance: Tolerance, horizon: float) -> Verdict:

@@ -100,6 +100,7 @@ def test_pipes_are_not_waited_on(said: Said, right_csv: Path, tmp_path: Path) ->
     for words in (
         ("validate", right_csv, "--stdout", tmp_path / "p.txt"),
         ("diff", tmp_path / "p.json", tmp_path / "p.json"),
+        ("report", "--since", tmp_path / "p.json", "--to", tmp_path / "page.html"),
     ):
         assert "a pipe or a device" in one_line(said(*words))
     for words in (("validate", right_csv), ("truth",)):  # whose answer is that of a compiler

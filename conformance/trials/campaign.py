@@ -10,6 +10,7 @@ import json
 import logging
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -17,11 +18,11 @@ import tempfile
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from conformance.atomic import write_atomically
 from conformance.foreign import read_toml
@@ -39,6 +40,8 @@ FOLDER = ROOT / "build" / "campaign"
 PATIENCE = 120  # s, for one compilation or one run; the slowest program needs 5
 RADIUS = 1e-12  # of the proofs: a millionth of the tolerance
 WAVES = ("sin", "cos")
+TITLE = "Drawn: number {number} of the seed {seed}"
+DRAWN = re.compile(TITLE.format(number=r"(?P<number>\d+)", seed=r"(?P<seed>-?\d+)"))
 RANGES: dict[str, list[str]] = read_toml(Path(__file__).with_name("ranges.toml"))  # of what is drawn
 MOST_THREADS = 4  # per worker process: a thread mostly waits for a program, and a process needs 2 s to start
 
@@ -49,7 +52,7 @@ def draw(seed: int, number: int) -> Experiment:
     drawn = {name: _multiple(chance, *map(Fraction, limits)) for name, limits in RANGES.items()}
     reference = read(f"amplitude*{chance.choice(WAVES)}(omega*t + phase)")
     constants = (*LESSON.constants, Constant("phase", Fraction(0)))
-    title = f"Drawn: number {number} of the seed {seed}"
+    title = TITLE.format(number=number, seed=seed)
     return with_values(replace(LESSON, title=title, reference=reference, constants=constants, facts=()), drawn)
 
 
@@ -72,6 +75,11 @@ class Program:
     @property
     def name(self) -> str:
         return self.port.name
+
+    @property
+    def state(self) -> str:
+        """Digest of what its results rest on, whatever the experiment."""
+        return state_of(self.port, self.depends_on)
 
 
 @dataclass(frozen=True)
@@ -117,16 +125,25 @@ def prepare_all(ports: Iterable[Port]) -> list[Program]:
 
 def prepare(port: Port) -> Program:
     """What is the same for all trials of a port; exits with one line where it has no engine."""
-    digest = hashlib.sha256()
+    port.build.mkdir(parents=True, exist_ok=True)
+    version = engine_version(choose_engine(port), port)
+    return Program(port, version, tuple(compile_command(port)), depends_on(port, version))
+
+
+def depends_on(port: Port, version: str) -> str:
+    """Digest of what stands beside a program, the harness, and the version of its engine."""
+    digest = hashlib.sha256(version.encode())
     beside = (path for path in port.folder.rglob("*") if path != port.source_path and "__pycache__" not in path.parts)
     harness = (path for path in (ROOT / "conformance").rglob("*.py") if "tests" not in path.parts)
     for path in sorted((*beside, *harness, ROOT / "requirements.txt")):
         if path.is_file():
             digest.update(path.read_bytes())
-    port.build.mkdir(parents=True, exist_ok=True)
-    version = engine_version(choose_engine(port), port)
-    digest.update(version.encode())
-    return Program(port, version, tuple(compile_command(port)), digest.hexdigest())
+    return digest.hexdigest()
+
+
+def state_of(port: Port, rest: str) -> str:
+    """Digest of a program's text, and of the rest that its results depend on."""
+    return hashlib.sha256(f"{port.source_hash()} {rest}".encode()).hexdigest()
 
 
 def trial(experiment: Experiment, program: Program, folder: Path) -> Trial:
@@ -176,7 +193,8 @@ def carry_out(one: Trial, obstacle: str) -> Outcome:
                 outcome = judged(one, tree, seconds)
             if outcome.status != "pass":
                 keep_files(one, tree)
-        write_atomically(one.path, json.dumps({"key": one.key, "outcome": asdict(outcome)}, indent=2) + "\n")
+        record = {"key": one.key, "title": one.experiment.title, "state": one.program.state, "outcome": asdict(outcome)}
+        write_atomically(one.path, json.dumps(record, indent=2) + "\n")
     return outcome
 
 
@@ -299,6 +317,39 @@ def _outcomes(client: Any, waiting: dict[Experiment, list[Trial]]) -> Iterator[O
         futures += [client.submit(carry_out, one, proof, pure=False) for one in some]
     for future in as_completed(futures):
         yield future.result()
+
+
+# ---- What is kept ----
+
+
+class Kept(NamedTuple):
+    """An outcome that is kept: of which draw, and whether it is of program, engine and harness as they are now."""
+
+    seed: int
+    number: int
+    holds: bool
+    outcome: Outcome
+
+
+def kept_outcomes(ports: Iterable[Port], folder: Path = FOLDER) -> list[Kept]:
+    """Every outcome of these ports that is kept, by seed and number; what is damaged is left out.
+
+    No engine is asked: today's is the one of a port's last run.
+    """
+    found = []
+    for port in ports:
+        now = state_of(port, depends_on(port, (port.run() or {}).get("engine_version", "")))
+        found += [kept for path in folder.glob(f"*/{port.name}.json") if (kept := _kept(path, now))]
+    return sorted(found, key=lambda kept: (kept.seed, kept.number, kept.outcome.port))
+
+
+def _kept(path: Path, now: str) -> Kept | None:
+    with suppress(OSError, ValueError, KeyError, TypeError):
+        record = json.loads(path.read_text())
+        drawn = DRAWN.fullmatch(record["title"])
+        if drawn:
+            return Kept(int(drawn["seed"]), int(drawn["number"]), record["state"] == now, Outcome(**record["outcome"]))
+    return None
 
 
 # ---- Telling ----

@@ -59,7 +59,12 @@ def own_trials(port: Port, count: int, folder: Path = FOLDER) -> list[Trial]:
 
 def own_experiments(port: Port, count: int) -> tuple[Experiment, ...]:
     """The experiments that follow from a program's source."""
-    return furthest(int(port.source_hash()[:15], 16), count)
+    return furthest(own_seed(port), count)
+
+
+def own_seed(port: Port) -> int:
+    """The seed that follows from a program's source."""
+    return int(port.source_hash()[:15], 16)
 
 
 @functools.cache

@@ -7,13 +7,16 @@ A plant is one file in build/random/, which is all that it takes to have a failu
 import math
 import os
 import random
+import re
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from conformance.atomic import write_atomically
+from conformance.judging.difference import read_result
 from conformance.judging.gallery import judge_plants
 from conformance.programs.ports import ROOT
 from conformance.programs.run import as_a_user
@@ -28,6 +31,8 @@ UNKNOWN = (0, 1, 1, 2, 2, 3, 3)  # how many parameters
 LARGEST_STATE = 50  # of a trajectory that somebody would look at
 SMALLEST_STEP = 0.001  # s
 WAVES = ("sin", "cos")
+NAME = "random_{seed}_{number}"
+DRAWN = re.compile(NAME.format(seed=r"(?P<seed>(minus_)?\d+)", number=r"(?P<number>\d+)"))
 
 
 class Drawn(NamedTuple):
@@ -36,6 +41,19 @@ class Drawn(NamedTuple):
     path: Path
     conforms: bool
     reason: str = ""
+
+
+class Kept(NamedTuple):
+    """A plant whose programs have been judged: its draw, its file, the verdicts by program.
+
+    It does not hold where templates or harness are newer than the verdicts.
+    """
+
+    seed: int
+    number: int
+    path: Path
+    verdicts: Mapping[str, Any]
+    holds: bool
 
 
 # ---- Drawing ----
@@ -48,7 +66,7 @@ def draw_plant(seed: int, number: int, folder: Path = FOLDER) -> Path:
     takes a step below a millisecond.
     """
     chance = random.Random(f"plant {seed} {number}")
-    name = f"random_{seed}_{number}".replace("-", "minus_")
+    name = NAME.format(seed=seed, number=number).replace("-", "minus_")
     while True:
         path = folder / f"{name}.toml"
         write_atomically(path, draw_text(chance, name))
@@ -150,6 +168,20 @@ def run_plant(path: Path, ports: list[str]) -> Drawn:
     subprocess.run(make, cwd=ROOT, env=as_a_user(), capture_output=True)
     (judged,) = judge_plants([path], ports, 1)
     return Drawn(path, judged.conforms, "" if judged.conforms else judged.summary)
+
+
+def kept_plants(build: Path = FOLDER.parent) -> list[Kept]:
+    """Every plant that was drawn and judged, by seed and number; what is damaged is left out."""
+    made_by = (*(ROOT / "conformance").rglob("*.py"), *ROOT.glob("*/*.jinja"), *ROOT.glob("*/port.toml"))
+    newest = max(path.stat().st_mtime for path in made_by if "tests" not in path.parts)
+    found = []
+    for path in (build / FOLDER.name).glob("*.toml"):
+        drawn, result = DRAWN.fullmatch(path.stem), build / path.stem / "result.json"
+        with suppress(OSError, ValueError):
+            if drawn:
+                seed, number = (int(drawn[of].replace("minus_", "-")) for of in ("seed", "number"))
+                found.append(Kept(seed, number, path, read_result(result), result.stat().st_mtime >= newest))
+    return sorted(found, key=lambda one: (one.seed, one.number))
 
 
 def report(drawn: list[Drawn], ports: list[str]) -> str:

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: MIT
 """The evidence in tables: every check of every program, each program against each other, each mistake refused."""
 
+import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import log10
 from typing import Any, NamedTuple
 
-from conformance.judging.checks import Result
-from conformance.judging.verdict import Verdict
+from conformance.judging.checks import Result, told_apart
+from conformance.judging.difference import Change, by_name, changes, counted
+from conformance.judging.verdict import CAUSE, Judgement, Verdict, to_json
 from conformance.pages.report.exercises import kill_matrix
 from conformance.trials.variant import Variant
 
@@ -31,6 +34,38 @@ class Error:
     place: float
     bound: float
     words: str
+
+
+class Fault(NamedTuple):
+    """A check that failed, in words: its claim, the lesson's section, figure and bound, where, and the usual cause."""
+
+    claim: str
+    section: str
+    figure: str
+    bound: str
+    bound_from: str
+    where: str
+    cause: str
+
+
+class Refusal(NamedTuple):
+    """Why a program does not conform: what was found, the first cause before all, and the checks that failed."""
+
+    found: list[str]
+    faults: list[Fault]
+
+    @property
+    def first(self) -> str:
+        """The first of it, in one line."""
+        return self.found[0] if self.found else f"{self.faults[0].claim} {self.faults[0].section}: it does not"
+
+
+class Changes(NamedTuple):
+    """What changed since an earlier result, and how much of it for the worse and the better, in words."""
+
+    since: str
+    changes: list[Change]
+    counted: str
 
 
 class Line(NamedTuple):
@@ -74,6 +109,26 @@ def errors(verdict: Verdict) -> list[Error]:
     ]
 
 
+def refusal(verdict: Verdict) -> Refusal | None:
+    """Why it does not conform, None where it does."""
+    if verdict.conforms:
+        return None
+    lines = verdict.reason.splitlines()
+    causes = {line: after.removeprefix(CAUSE) for line, after in pairwise([*lines, ""]) if after.startswith(CAUSE)}
+    failed = {str(result): result for result in verdict.results if not result.passed}
+    faults = [
+        Fault(said(r.claim), r.section, *told_apart(r.figure, r.bound), r.bound_from, r.where, causes.get(line, ""))
+        for line, r in failed.items()
+    ]
+    return Refusal([line for line in lines if line not in failed and not line.startswith(CAUSE)], faults)
+
+
+def changed(since: str, earlier: Mapping[str, Any], judgement: Judgement) -> Changes:
+    """What changed since an earlier result, which is called `since`."""
+    found = changes(earlier, by_name(json.loads(to_json(judgement.verdicts))))
+    return Changes(since, found, counted(found))
+
+
 def in_words(headline: str, languages: Mapping[str, str]) -> str:
     """A headline with the languages in the place of the ports' names."""
     names = "|".join(sorted(map(re.escape, languages), key=len, reverse=True))
@@ -81,16 +136,20 @@ def in_words(headline: str, languages: Mapping[str, str]) -> str:
 
 
 def cell(result: Result) -> Cell:
-    """A result as a cell; it weighs 1 at its bound, and 0 six decades below."""
+    """A result as a cell."""
     share = result.figure / result.bound if result.bound else float(not result.passed)
-    weight = 1 + log10(share) / 6 if 0 < share < 1 else float(share > 0)
     words = f"{result.figure:.3g}, bound {result.bound:.3g} ({result.bound_from}); {result.where}"
     return Cell(
         "pass" if result.passed else "fail",
         f"{result.figure:.1g}",
         words,
-        round(max(0.0, weight), 2),
+        weight(share),
     )
+
+
+def weight(share: float) -> float:
+    """That of a share of a bound: 1 at its bound, 0 six decades below."""
+    return round(max(0.0, 1 + log10(share) / 6), 2) if 0 < share < 1 else float(share > 0)
 
 
 def against(languages: Mapping[str, str], pairs: Mapping[tuple[str, str], Result]) -> list[Line]:

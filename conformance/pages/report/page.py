@@ -17,6 +17,7 @@ from markupsafe import Markup
 from conformance.atomic import write_atomically
 from conformance.judging.trajectory import Array
 from conformance.judging.verdict import Judgement, Verdict, headline
+from conformance.pages.report.campaigns import campaigns
 from conformance.pages.report.curves import (
     GRID,
     curves,
@@ -27,7 +28,19 @@ from conformance.pages.report.curves import (
     pictures,
 )
 from conformance.pages.report.derivation import steps
-from conformance.pages.report.evidence import DECADES, Error, against, claims, errors, in_words, outcomes
+from conformance.pages.report.evidence import (
+    DECADES,
+    Changes,
+    Error,
+    Refusal,
+    against,
+    claims,
+    errors,
+    in_words,
+    outcomes,
+    refusal,
+    said,
+)
 from conformance.pages.report.exercises import EXERCISE_PANELS, in_order, shown
 from conformance.pages.report.listing import highlighting
 from conformance.pages.report.opening import at_rest, opening
@@ -60,6 +73,7 @@ class Program:
     source: str
     colour: int
     verdict: Verdict
+    refusal: Refusal | None
     engine: str
     licence: str
     run: str
@@ -75,13 +89,21 @@ def page_of(experiment: Experiment) -> Path:
     return PAGE if experiment == LESSON else ROOT / "build" / experiment.name / "report" / "index.html"
 
 
-def write_page(path: Path, ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment = LESSON) -> None:
+def write_page(
+    path: Path,
+    ports: Mapping[str, Port],
+    judgement: Judgement,
+    experiment: Experiment = LESSON,
+    changes: Changes | None = None,
+) -> None:
     """Write the page on these ports; raises ValueError where what it embeds is not installed."""
-    write_atomically(path, page(ports, judgement, experiment))
+    write_atomically(path, page(ports, judgement, experiment, changes))
 
 
-def page(ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment = LESSON) -> str:
-    """The page on these ports, as they were judged, as HTML."""
+def page(
+    ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment = LESSON, changes: Changes | None = None
+) -> str:
+    """The page on these ports, as they were judged, as HTML; `changes` since an earlier result."""
     for port in ports.values():
         if port.plant and not port.source_path.is_file():
             raise ValueError(f"{port.plant}: found no program for {port.name}, expected that of make all PLANT=FILE")
@@ -110,6 +132,9 @@ def page(ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment
         parts=shown_parts,
         **trajectories(list(verdicts.values()), experiment, solution),
         **exercises(ports, variants),
+        campaigns=campaigns(ports, lesson),
+        changes=changes,
+        result=page_of(experiment).parents[1].relative_to(ROOT) / "result.json",
         playground=play,
         playground_data=Markup(embedded(play.data)),
         faces=type_css(),
@@ -147,6 +172,8 @@ def facts(verdicts: list[Verdict], languages: Mapping[str, str], judgement: Judg
         "made": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         "commit": commit(),
         "claims": claims(verdicts),
+        "language_of": languages,
+        "said": said,
         "pairs": against(languages, judgement.pairs),
         "decades": range(DECADES[0], DECADES[1] + 1),
     }
@@ -253,6 +280,7 @@ def program(port: Port, verdict: Verdict, colour: int, shown_parts: Sequence[Par
         source=f"{port.folder.name}/{port.source}",
         colour=colour,
         verdict=verdict,
+        refusal=refusal(verdict),
         engine=engine_and_version(run) if run else "",
         licence=licence(port, run),
         run=f"{run['start'][:19].replace('T', ' ')} UTC, {run['seconds']:.2f}\N{NO-BREAK SPACE}s" if run else "",

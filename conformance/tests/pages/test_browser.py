@@ -9,7 +9,7 @@ import json
 import re
 import shutil
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -17,8 +17,10 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, FloatRect, Locator, Page, expect, sync_playwright
 
-from conformance.judging.verdict import judge_all, judge_file
+from conformance.judging.difference import by_name
+from conformance.judging.verdict import judge_all, judge_file, to_json
 from conformance.pages.report import chromium
+from conformance.pages.report.evidence import changed
 from conformance.pages.report.page import write_page
 from conformance.pages.report.playground import playground, read_questions
 from conformance.programs.ports import ROOT, SIX, Port, read_ports
@@ -198,14 +200,24 @@ def test_refused_and_missing_programs_say_why(browser: Browser, tmp_path: Path) 
     refused.csv.write_text("\n".join([lines[0], *wrong]) + "\n")
     record = refused.build / "run.json"
     record.write_text(json.dumps({**(refused.run() or {}), "csv_sha256": refused.csv_hash()}))
-    write_page(tmp_path / "index.html", ports, judge_all(ports, LESSON))
+    judgement = judge_all(ports, LESSON)
+    before = [replace(verdict, status="pass") for verdict in judgement.verdicts]
+    changes = changed("earlier.json", by_name(json.loads(to_json(before))), judgement)
+    write_page(tmp_path / "index.html", ports, judgement, changes=changes)
     other = open_page(browser, tmp_path / "index.html")
     show_all(other.page)
-    for port, reason in ((refused, "x2-equals-the-exact-solution (10) FAILS"), (missing, f"type: make {missing.name}")):
-        card = other.page.locator(f"#verdict-{port.name}")
-        assert not card.get_by_text(reason).is_visible()
-        card.get_by_text("Why was it refused?").click()
-        assert card.get_by_text(reason).is_visible()
+    for port, reason in ((refused, "the column, not its equation"), (missing, f"type: make {missing.name}")):
+        other.page.evaluate("scrollTo(0, 0)")
+        link = other.page.locator(f"header a[href='#verdict-{port.name}']")
+        assert reason in link.locator("..").inner_text()
+        link.click()
+        expect(other.page.locator(f"#verdict-{port.name}").get_by_text(reason)).to_be_in_viewport()
+    card = other.page.locator(f"#verdict-{refused.name}")
+    assert card.get_by_text("Usual cause").first.is_visible() and card.get_by_text("Found").count() > 2
+    told = other.page.locator("#changes ~ .scroll tbody tr")
+    assert {re.sub(r"\s+", " ", text) for text in told.all_inner_texts()} >= {
+        f"{port.language} status pass {status} " for port, status in ((refused, "fail"), (missing, "missing"))
+    }
     assert other.page.locator(f"#trajectories [data-port={missing.name}]").is_disabled()
     assert other.page.locator("#verdict .cell.fail").count() > 0
     assert other.complaints == []

@@ -23,7 +23,18 @@ from conformance.theory.experiments import values_of, with_values
 from conformance.theory.expressions import text as text_of
 from conformance.theory.lesson import LESSON
 from conformance.trials import campaign
-from conformance.trials.campaign import RANGES, WAVES, Trial, carry_out, draw, known, prepare, report, trial
+from conformance.trials.campaign import (
+    RANGES,
+    WAVES,
+    Trial,
+    carry_out,
+    draw,
+    kept_outcomes,
+    known,
+    prepare,
+    report,
+    trial,
+)
 from conformance.trials.edits import Edit, edited
 
 pytestmark = pytest.mark.beyond
@@ -201,9 +212,17 @@ def test_a_program_that_does_not_end_is_stopped(one: Trial, monkeypatch: pytest.
 
 def test_a_result_that_is_damaged_or_of_something_else_is_not_taken(one: Trial) -> None:
     assert carry_out(one, "").status == "pass" and known(one) is not None
+    port, folder = one.program.port, one.folder.parent
+    assert [(k.seed, k.number, k.holds) for k in kept_outcomes([port], folder)] == [(SEED, 0, False)], "no run to go by"
+    run = {"engine": port.engines[0].name, "engine_version": one.program.engine_version, "command": []}
+    run |= {"proprietary": False, "seconds": 0, "exit_status": 0, "source_sha256": "", "csv_sha256": ""}
+    (port.build / "run.json").write_text(json.dumps(run))
+    assert [k.holds for k in kept_outcomes([port], folder)] == [True]
+    port.source_path.write_text(port.source_path.read_text() + "\n")
+    assert [k.holds for k in kept_outcomes([port], folder)] == [False]
     assert known(replace(one, key="of another source")) is None
     one.path.write_text(one.path.read_text()[:-20])
-    assert known(one) is None
+    assert known(one) is None and kept_outcomes([port], folder) == []
 
 
 def test_an_error_is_tried_again(one: Trial) -> None:

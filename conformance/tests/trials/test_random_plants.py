@@ -21,6 +21,7 @@ from conformance.trials.random_plants import (
     Drawn,
     draw_plant,
     draw_text,
+    kept_plants,
     report,
     run_plant,
 )
@@ -57,6 +58,8 @@ def test_what_is_drawn_can_be_simulated(tmp_path: Path) -> None:
 def test_the_programs_of_a_random_plant_conform(number: int) -> None:
     found = run_plant(draw_plant(SEED, number), ASKED)
     assert found.conforms, found.reason
+    (kept,) = [one for one in kept_plants() if (one.seed, one.number) == (SEED, number)]
+    assert kept.holds and kept.path == found.path and kept.verdicts[ASKED[0]]["status"] == "pass"
 
 
 def test_a_plant_that_fails_is_told_as_a_file(tmp_path: Path) -> None:
