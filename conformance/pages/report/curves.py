@@ -4,7 +4,7 @@
 import base64
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,10 +19,11 @@ from conformance.theory.experiments import Experiment
 from conformance.truth.exact import CONTRACT, Exact
 
 GRID = np.concatenate([np.linspace(0, 0.2, 400, endpoint=False), np.linspace(0.2, 1, 601)])  # shares of the horizon
-
+SPANS = np.concatenate([np.linspace(0, 0.2, 20, endpoint=False), np.linspace(0.2, 1, 33)])  # likewise, between errors
 
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 SAME = 0.005  # share of the largest value, by which curves that are drawn as one may differ
+CLOSE = 1.05  # factor by which they may, on a logarithmic axis
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,11 @@ class Panel:
     axis: str
     beside: str = ""
     logarithmic: bool = False
+
+    @property
+    def dashed(self) -> str:
+        """What is drawn beside it, in plain letters."""
+        return {"reference": "r", "tolerance": "tolerance"}.get(self.beside) or said(self.beside)
 
 
 def panels(e: Experiment) -> tuple[Panel, ...]:
@@ -63,7 +69,7 @@ def panels(e: Experiment) -> tuple[Panel, ...]:
 def error_panels(e: Experiment) -> tuple[Panel, ...]:
     """The charts of the errors against the exact solution."""
     return tuple(
-        Panel(f"error_{name}", rf"\left|{letter(name)} - {letter(name)}^{{\text{{exact}}}}\right|",
+        Panel(f"error_{name}", rf"|{letter(name)} - {letter(name)}^{{\text{{exact}}}}|",
               f"error of {said(name)}", "tolerance", True)
         for name in (*e.states, *e.estimates)
     )  # fmt: skip
@@ -100,7 +106,7 @@ def signals(exact: Exact, t: Array, states: Array) -> dict[str, Array]:
 
 
 def curves(exact: Exact, trajectory: Trajectory) -> dict[str, Array]:
-    """The signals on the grid, interpolated as the harness does; of the errors the largest in each interval of it.
+    """The signals on the grid, interpolated as the harness does; of the errors the largest of all rows in each span.
 
     Where the program has no row, or its rows stand so far apart that exact ones would be missed by more than COARSEST,
     there is NaN: the page shows no figure that is not known.
@@ -108,7 +114,7 @@ def curves(exact: Exact, trajectory: Trajectory) -> dict[str, Array]:
     t, states = trajectory.t, trajectory.states
     grid = GRID * exact.setting.horizon
     truth = exact.evaluate(t)
-    edges = [*np.searchsorted(t, grid), t.size]
+    edges = [*np.searchsorted(t, SPANS[:-1] * exact.setting.horizon), t.size]
     with np.errstate(all="ignore"):  # a program that failed may have left anything
         between = interpolate(trajectory, exact, grid)
         missed = np.abs(interpolate(trajectory, exact, grid, truth) - exact.evaluate(grid))
@@ -135,33 +141,70 @@ def pictures(
     colours: int,
 ) -> dict[str, Markup]:
     """The charts of all programs as vectors, by signal; `known` are the exact curves, `bounds` the tolerances."""
-    t = GRID * solution.setting.horizon
-    one = np.ones_like(t)
+    t, spans = GRID * solution.setting.horizon, SPANS * solution.setting.horizon
     exact = known | {
-        name: value * one for name, value in zip(solution.setting.unknown, solution.setting.theta, strict=True)
+        name: np.full_like(t, value)
+        for name, value in zip(solution.setting.unknown, solution.setting.theta, strict=True)
     }
     colour = {name: f"var(--colour-{i % colours})" for i, name in enumerate(bounds)}
     found = {}
     for panel in panels:
-        state = panel.signal.removeprefix("error_")
-        beside = [Line(exact[panel.beside], "var(--quiet)", 1.25, "4 4")] if panel.beside in exact else []
-        if panel.beside == "tolerance":
-            beside = [Line(bounds[n][state] * one, colour[n], 1.25, "4 4") for n in drawn if state in bounds[n]]
-        lines = [Line(drawn[name][panel.signal], colour[name]) for name in leaders(drawn, panel.signal)]
-        last = [Line(exact[panel.signal], "var(--text)", 0.75)] if panel.signal in exact else []
-        words = f"{panel.signal.replace('_', ' ')} over time, of {', '.join(drawn)}"
-        found[panel.signal] = picture(t, [*beside, *lines, *last], words, panel.logarithmic)
+        of_errors, state = panel.beside == "tolerance", panel.signal.removeprefix("error_")
+        beside = [(exact[panel.beside], "var(--quiet)")] if panel.beside in exact else []
+        if of_errors:
+            beside = [(np.full(spans.size - 1, bounds[n][state]), colour[n]) for n in drawn if state in bounds[n]]
+        lines = [(drawn[name][panel.signal], colour[name]) for name in leaders(drawn, panel)]
+        shape = stepped if of_errors else np.asarray
+        found[panel.signal] = picture(
+            np.repeat(spans, 2)[1:-1] if of_errors else t,
+            [
+                *(Line(shape(values), of, 1.25, "4 4") for values, of in beside),
+                *(Line(shape(values), of) for values, of in lines),
+                *([Line(exact[panel.signal], "var(--text)", 0.75)] if panel.signal in exact else []),
+            ],
+            f"{panel.signal.replace('_', ' ')} over time, of {', '.join(drawn)}",
+            panel.logarithmic,
+        )
     return found
 
 
-def leaders(drawn: Mapping[str, Mapping[str, Array]], signal: str) -> list[str]:
-    """The programs whose curves do not lie on that of one before."""
-    found: list[str] = []
+def stepped(values: Array) -> Array:
+    """Of one value per span those at both its ends."""
+    return np.repeat(values, 2)
+
+
+def leaders(drawn: Mapping[str, Mapping[str, Array]], panel: Panel) -> dict[str, list[str]]:
+    """The programs whose curves do not lie on that of one before, each with those that lie on its own."""
+    found: dict[str, list[str]] = {}
     for name, values in drawn.items():
-        size = np.nanmax(np.abs(values[signal]), initial=0)
-        if not any(np.nanmax(np.abs(values[signal] - drawn[o][signal]), initial=0) <= SAME * size for o in found):
-            found.append(name)
+        same = (o for o in found if coincide(drawn[o][panel.signal], values[panel.signal], panel.logarithmic))
+        found.setdefault(next(same, name), []).append(name)
     return found
+
+
+def legend(
+    drawn: Mapping[str, Mapping[str, Array]], panel: Panel, languages: Mapping[str, str], colours: int
+) -> list[tuple[str, str]]:
+    """The colour of each curve that is drawn, and the languages that lie on it; `languages` are of all programs."""
+    colour = {name: f"var(--colour-{i % colours})" for i, name in enumerate(languages)}
+    found = leaders(drawn, panel)
+    return [(colour[leader], together([languages[name] for name in names])) for leader, names in found.items()]
+
+
+def together(names: Sequence[str]) -> str:
+    """Programs on one line, as the script says it too."""
+    if len(names) == 1:
+        return names[0]
+    return f"{f'all {len(names)}' if len(names) > 3 else ', '.join(names)} on one line"
+
+
+def coincide(a: Array, b: Array, logarithmic: bool) -> bool:
+    """Whether two curves are drawn as one: everywhere by a factor near 1, or by little of the largest value."""
+    known = np.isfinite(a) & np.isfinite(b)
+    a, b = a[known], b[known]
+    if logarithmic:
+        return bool(np.all(np.maximum(a, b) <= CLOSE * np.minimum(a, b)))
+    return bool(np.all(np.abs(a - b) <= SAME * np.max(np.abs(a), initial=0)))
 
 
 def packed(values: Mapping[str, Array]) -> dict[str, str]:

@@ -20,9 +20,11 @@ from conformance.judging.verdict import Judgement, Verdict, headline
 from conformance.pages.report.campaigns import campaigns
 from conformance.pages.report.curves import (
     GRID,
+    SPANS,
     curves,
     error_panels,
     exact_curves,
+    legend,
     packed,
     panels,
     pictures,
@@ -113,6 +115,7 @@ def page(
     verdicts = {name: next(v for v in judgement.verdicts if v.name == name) for name in ports}
     shown_parts = parts(experiment, notation, ports.values())
     programs = [program(port, verdicts[name], i % COLOURS, shown_parts) for i, (name, port) in enumerate(ports.items())]
+    languages = {name: port.language for name, port in ports.items()}
     solution = exact(experiment)
     lesson = experiment == LESSON
     variants = read_variants() if lesson else {}
@@ -122,7 +125,7 @@ def page(
     html = environment.get_template("page.html").render(
         raw=raw(environment),
         programs=programs,
-        **facts(list(verdicts.values()), {name: port.language for name, port in ports.items()}, judgement),
+        **facts(list(verdicts.values()), languages, judgement),
         **derivation_shown(derived, notation, symbols, shown_parts),
         title=experiment.title,
         opening=opening(experiment),
@@ -130,7 +133,7 @@ def page(
         lesson=lesson,
         source=experiment.source,
         parts=shown_parts,
-        **trajectories(list(verdicts.values()), experiment, solution),
+        **trajectories(list(verdicts.values()), languages, experiment, solution),
         **exercises(ports, variants),
         campaigns=campaigns(ports, lesson),
         changes=changes,
@@ -211,7 +214,9 @@ def derivation_shown(
     }
 
 
-def trajectories(verdicts: list[Verdict], experiment: Experiment, solution: Exact) -> dict[str, Any]:
+def trajectories(
+    verdicts: list[Verdict], languages: Mapping[str, str], experiment: Experiment, solution: Exact
+) -> dict[str, Any]:
     """What the curves are drawn from."""
     drawn = {v.name: curves(solution, v.trajectory) for v in verdicts if v.trajectory}
     bounds = {v.name: {state: result.bound for state, result in v.errors.items()} for v in verdicts}
@@ -222,6 +227,7 @@ def trajectories(verdicts: list[Verdict], experiment: Experiment, solution: Exac
         "points": GRID.size,
         "drawn": list(drawn),
         "pictures": pictures((*signals, *of_errors), solution, known, drawn, bounds, COLOURS),
+        "keys": {p.signal: legend(drawn, p, languages, COLOURS) for p in (*signals, *of_errors)},
         "horizon": f"{solution.setting.horizon:g}",
         "data": Markup(embedded(data(solution, known, drawn, bounds))),
     }
@@ -316,12 +322,12 @@ def data(
     drawn: Mapping[str, Mapping[str, Array]],
     bounds: Mapping[str, Mapping[str, float]],
 ) -> dict[str, Any]:
-    """What the scripts draw: curves in single precision, base64, on one grid; tolerances per column."""
+    """What the scripts draw: curves in single precision, base64, on one grid, errors by spans; tolerances by column."""
     setting = solution.setting
     return {
         "horizon": setting.horizon,
         "parameters": dict(zip(setting.unknown, map(float, setting.theta), strict=True)),
-        "grid": packed({"t": GRID * setting.horizon})["t"],
+        **packed({"grid": GRID * setting.horizon, "spans": SPANS * setting.horizon}),
         "exact": packed(known),
         "ports": {name: packed(values) for name, values in drawn.items()},
         "tolerance": bounds,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, FloatRect, Locator, Page, expect, sync_playwright
@@ -26,7 +27,7 @@ from conformance.pages.report.playground import playground, read_questions
 from conformance.programs.ports import ROOT, SIX, Port, read_ports
 from conformance.programs.sources import source
 from conformance.programs.writer import write_programs
-from conformance.tests.under_test import NO_EXCITATION, PORTS, PROBLEM_6
+from conformance.tests.under_test import NO_EXCITATION, PORTS, PROBLEM_6, trajectory_of
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import Experiment
 from conformance.theory.lesson import LESSON
@@ -184,6 +185,7 @@ def test_figure_of_a_check_shows_at_the_pointer_and_at_the_focus(page: Page) -> 
     cells.nth(0).focus()
     page.keyboard.press("ArrowDown")
     below = page.evaluate("document.activeElement.dataset.words")
+    assert page.locator("#pairs + .inspected .cell[tabindex='0']").is_visible()
     assert below == cells.nth(len(PORTS)).get_attribute("data-words") == inspector.inner_text()
 
 
@@ -448,11 +450,14 @@ def test_search_has_what_is_there_and_the_phrase_first_on_a_phone_too(browser: B
 
 def test_tab_stops_are_few_and_targets_large_enough(page: Page) -> None:
     stops = page.evaluate(
-        """() => [...document.querySelectorAll("nav, header, #derivation, #code, #verdict")].map((part) =>
-          [...part.querySelectorAll("a, button, input, summary, [tabindex]")]
-            .filter((e) => e.tabIndex >= 0 && e.checkVisibility())).map((found) => found.length)"""
+        """() => Object.fromEntries([...document.querySelectorAll("nav, header, main > section")].map((part) => {
+          const found = [...part.querySelectorAll("a, button, input, summary, [tabindex]")]
+            .filter((e) => e.tabIndex >= 0 && e.checkVisibility() && !e.matches("[type=radio]:not(:checked)"));
+          return [part.id || part.tagName, found.length];
+        }))"""
     )
-    assert sum(stops) < 90, stops
+    assert sum(stops.values()) - stops["exercises"] - stops["verdict"] < 70, stops
+    assert stops["trajectories"] < 10 and stops["code"] < 20, stops
     small = page.evaluate(
         """() => [...document.querySelectorAll("a, button, input, summary")]
           .filter((e) => e.checkVisibility() && !e.closest("p, td, label, figcaption, footer, .skip")).filter((e) => {
@@ -509,6 +514,30 @@ def test_chart_is_read_and_zoomed_by_keys(page: Page) -> None:
     assert times_drawn(page)[1] < 11
     page.keyboard.press("0")
     assert times_drawn(page) == [0, float(LESSON.horizon)]
+    page.keyboard.press("ArrowDown")
+    focused = "document.activeElement.closest('.chart')?.dataset.signal"
+    assert page.evaluate(focused) == "x2" and page.locator("#trajectories .plot[tabindex='0']").count() == 1
+    assert page.evaluate("document.activeElement.role") == "slider"
+    page.keyboard.press("ArrowUp")
+    assert page.evaluate(focused) == "x1"
+
+
+def test_error_at_the_pointer_is_the_largest_of_its_span(page: Page) -> None:
+    """Also where the end of the span is nearer than its start."""
+    port, solution = next(iter(PORTS.values())), exact(LESSON)
+    chart = page.locator("#trajectories [data-signal=error_x1]")
+    chart.scroll_into_view_if_needed()
+    box = box_of(chart.locator(".u-over"))
+    page.mouse.move(box["x"] + 0.545 * box["width"], box["y"] + 20)
+    named = rf"(?:.*, )?(?:{re.escape(port.language)} )?"
+    pattern = rf"t = (\S+) to (\S+) s, at most: {named}([\d.]+)e\N{{MINUS SIGN}}(\d+)"
+    read = re.match(pattern, chart.locator(".readout").inner_text())
+    assert read
+    start, end, figure = float(read[1]), float(read[2]), float(read[3]) * 10 ** -int(read[4])
+    trajectory = trajectory_of(port)
+    off = np.abs(trajectory.states[0] - solution.evaluate(trajectory.t)[0])
+    assert start < 0.545 * float(LESSON.horizon) < end
+    assert figure == pytest.approx(off[(trajectory.t >= start) & (trajectory.t < end)].max(), rel=0.01)
 
 
 def test_two_fingers_zoom_a_chart(browser: Browser, report: Path) -> None:

@@ -6,6 +6,7 @@ import re
 import subprocess
 from dataclasses import replace
 from html import unescape
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from sympy.parsing.sympy_parser import parse_expr
 from conformance.judging.checks import Result
 from conformance.judging.trajectory import load
 from conformance.judging.verdict import Verdict, judge_file
-from conformance.pages.report.curves import GRID, curves, leaders, signals
+from conformance.pages.report.curves import GRID, SPANS, Panel, curves, leaders, legend, pictures, signals
 from conformance.pages.report.evidence import DECADES, cell, errors, in_words, outcome
 from conformance.pages.report.exercises import marked, solved
 from conformance.pages.report.listing import highlighted, highlighting
@@ -132,7 +133,7 @@ def test_thinned_errors_keep_the_largest() -> None:
     states = trajectory.states.copy()
     states[0, states.shape[1] // 3] += 1e-3  # one row, between two points of the grid
     drawn = curves(exact(LESSON), replace(trajectory, states=states))
-    assert drawn["error_x1"].size == GRID.size and np.nanmax(drawn["error_x1"]) == pytest.approx(1e-3, rel=1e-5)
+    assert drawn["error_x1"].size == SPANS.size - 1 and np.nanmax(drawn["error_x1"]) == pytest.approx(1e-3, rel=1e-5)
 
 
 def test_rows_that_are_missing_leave_a_gap() -> None:
@@ -143,7 +144,8 @@ def test_rows_that_are_missing_leave_a_gap() -> None:
     )
     cut_off = replace(trajectory, t=t, states=states, reference=r, tracking_error=error)
     drawn = curves(exact(LESSON), cut_off)
-    assert all(np.isnan(drawn[name][GRID > 0.51]).all() for name in ("error_x1", "x1", "V"))
+    assert all(np.isnan(drawn[name][GRID > 0.51]).all() for name in ("x1", "V"))
+    assert (np.isnan(drawn["error_x1"]) == (SPANS[:-1] > 0.499)).all()
 
 
 # ---- Code ----
@@ -377,7 +379,31 @@ def test_every_chart_has_a_picture(html: str) -> None:
 
 def test_programs_that_lie_on_one_another_are_one_line() -> None:
     same, other = {"x": RAMP}, {"x": RAMP + 0.1}
-    assert leaders({"a": same, "b": same, "c": other, "d": same}, "x") == ["a", "c"]
+    drawn, panel = {"a": same, "b": same, "c": other, "d": same}, Panel("x", "x", "x")
+    assert leaders(drawn, panel) == {"a": ["a", "b", "d"], "c": ["c"]}
+    languages = {"a": "A", "absent": "-", "b": "B", "c": "C", "d": "D"}
+    assert legend(drawn, panel, languages, 8) == [("var(--colour-0)", "A, B, D on one line"), ("var(--colour-3)", "C")]
+
+
+def test_small_values_of_a_logarithmic_chart_are_told_apart() -> None:
+    """Though they are far below the largest, by which curves on a linear axis are compared."""
+    one, other = ({"x": np.array([1.0, small])} for small in (1e-9, 1e-8))
+    found = [leaders({"a": one, "b": other}, Panel("x", "x", "x", logarithmic=log)) for log in (False, True)]
+    assert [len(lines) for lines in found] == [1, 2]
+
+
+def test_errors_are_drawn_in_steps_each_as_high_as_the_largest_of_its_span(port: Port) -> None:
+    trajectory, solution = trajectory_of(port), exact(LESSON)
+    drawn = {port.name: curves(solution, trajectory)}
+    off = np.abs(trajectory.states[0] - solution.evaluate(trajectory.t)[0])
+    spans = SPANS * float(LESSON.horizon)
+    within = [off[(trajectory.t >= a) & (trajectory.t < b)] for a, b in pairwise([*spans[:-1], np.inf])]
+    assert drawn[port.name]["error_x1"] == pytest.approx([values.max(initial=0) for values in within], rel=1e-6)
+    panel = Panel("error_x1", "", "", "tolerance", True)
+    svg = pictures([panel], solution, {}, drawn, {port.name: {"x1": 1e-6}}, 8)["error_x1"]
+    (bar,), (steps,) = (points(path, "curve") for path in re.findall(r'<path class="curve".*?/>', svg))
+    assert len({y for _, y in bar}) == 1
+    assert all(x0 == x1 or abs(y0 - y1) < 0.5 for (x0, y0), (x1, y1) in pairwise(steps)) and len(steps) > 50
 
 
 # ---- The playground ----

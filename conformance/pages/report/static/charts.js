@@ -68,10 +68,10 @@ function tidy(value) {
   return `${Number(digits)}${exponent ? `·10${superscript(Number(exponent))}` : ""}`.replace(/^-/, "−");
 }
 
-// lines: [{label, values, colour, width, dash, quiet, fill, fillTo, spanGaps}]; a quiet line is not read out
+// lines: [{label, values, colour, width, dash, quiet, fill, fillTo}]; a quiet line is not read out
 // group: charts that share a pointer; zoomed(from, to): the reader has changed the time drawn
-// name: of the axis; reach(u, low, high): the least and largest value that the axis is to show; bands: uPlot's
-function makeChart(figure, times, lines, { group, zoomed, logarithmic = false, name = "", reach = (u, low, high) => [low, high], bands = [] }) {
+// steps: each value holds to the next time, as the largest of that span; name: of the axis; reach(u, low, high): the least and largest value that the axis is to show; bands: uPlot's
+function makeChart(figure, times, lines, { group, zoomed, logarithmic = false, steps = false, name = "", reach = (u, low, high) => [low, high], bands = [] }) {
   const host = figure.querySelector(".plot");
   const readout = figure.querySelector(".readout");
   const round = logarithmic ? logarithmicRange : linearRange;
@@ -79,17 +79,18 @@ function makeChart(figure, times, lines, { group, zoomed, logarithmic = false, n
     width: host.clientWidth,
     height: host.clientHeight || HEIGHT,
     legend: { show: false },
-    cursor: { sync: { key: group }, y: false, points: { size: 5 }, drag: { x: true, y: false, uni: 10 } },
+    cursor: { sync: { key: group }, y: false, points: { size: 5, show: !steps }, drag: { x: true, y: false, uni: 10 } },
     scales: { x: { time: false, range: (u, from, to) => [from, to] }, y: { distr: logarithmic ? 3 : 1, range: (u, low, high) => round(...reach(u, low, high)) } },
     axes: [axis("t (s)", 26, 60),
            { ...axis(name, 60, 34),
              ...(logarithmic ? { splits: decades, values: powers, filter: (u, splits) => splits } : { values: (u, splits) => splits.map(tidy) }) }],
-    series: [{}, ...lines.map(({ label, colour, width = 1.75, dash = [], fill, fillTo, spanGaps = false }) =>
-      ({ label, stroke: colour, width, dash, fill, fillTo, points: { show: false }, spanGaps }))],
+    series: [{}, ...lines.map(({ label, colour, width = 1.75, dash = [], fill, fillTo }) =>
+      ({ label, stroke: colour, width, dash, fill, fillTo, points: { show: false },
+         ...(steps ? { paths: uPlot.paths.stepped({ align: 1 }) } : {}) }))],
     bands,
     hooks: {
       setCursor: [(u) => {
-        readout.textContent = readoutText(u, lines);
+        readout.textContent = readoutText(u, lines, steps);
         tellReader(host, u, readout.textContent);
       }],
       setSelect: [(u) => {
@@ -97,20 +98,29 @@ function makeChart(figure, times, lines, { group, zoomed, logarithmic = false, n
       }],
     },
   }, [times, ...lines.map(({ values }) => values)], host);
-  byHand(chart, host, zoomed);
+  byHand(chart, host, zoomed, steps);
   return chart;
 }
 
+// the time that is pointed at: of a point, or between the two ends of a step; null where there is none
+function timeAt(u, steps = false) {
+  const { idx, left } = u.cursor;
+  if (idx === null || idx === undefined) return null;
+  return steps ? u.posToVal(left, "x") : u.data[0][idx];
+}
+
 // the time and the values there; one value where all curves agree
-function readoutText(u, lines) {
-  const { idx } = u.cursor;
-  if (idx === null || idx === undefined) return "";
-  const shown = lines.map((line, i) => ({ ...line, value: u.data[i + 1][idx], on: u.series[i + 1].show }))
+function readoutText(u, lines, steps) {
+  const t = timeAt(u, steps);
+  if (t === null) return "";
+  const at = steps ? Math.max(0, u.data[0].findLastIndex((from, i) => from <= t && i < u.data[0].length - 1)) : u.cursor.idx;
+  const shown = lines.map((line, i) => ({ ...line, value: u.data[i + 1][at], on: u.series[i + 1].show }))
     .filter(({ on, quiet, value }) => on && !quiet && value !== null && value !== undefined);
   if (shown.length === 0) return "";
   const texts = shown.map(({ value }) => short(value));
   const values = new Set(texts).size === 1 ? texts[0] : shown.map(({ label }, i) => `${label} ${texts[i]}`).join(", ");
-  return `t = ${u.data[0][idx].toFixed(2)} s: ${values}`;
+  const from = u.data[0][at].toFixed(2);
+  return steps ? `t = ${from} to ${u.data[0][at + 1].toFixed(2)} s, at most: ${values}` : `t = ${from} s: ${values}`;
 }
 
 // ---- Fingers and keys ----
@@ -120,28 +130,25 @@ const zoomsBy = { "+": 0.5, "=": 0.5, "-": 2 };
 
 // a chart as a slider over time: what it says is the readout
 function tellReader(host, u, text) {
-  const { idx } = u.cursor;
-  host.setAttribute("aria-valuenow", idx === null || idx === undefined ? u.scales.x.min : u.data[0][idx]);
+  host.setAttribute("aria-valuenow", timeAt(u) ?? u.scales.x.min);
   host.setAttribute("aria-valuetext", text || "no time chosen");
 }
 
-function byHand(chart, host, zoomed) {
+function byHand(chart, host, zoomed, steps) {
   const [first, last] = [chart.data[0][0], chart.data[0].at(-1)];
   const within = (from, to) => {
     const length = Math.min(to - from, last - first);
     const start = Math.min(Math.max(from, first), last - length);
     if (length > (last - first) / 1000) zoomed(start, start + length);
   };
-  host.tabIndex = 0;
   host.setAttribute("role", "slider");
-  host.setAttribute("aria-label", `${host.querySelector(".still")?.getAttribute("aria-label") ?? "chart"}; arrows read it, plus and minus zoom, 0 shows all`);
+  host.setAttribute("aria-label", `${host.querySelector(".still")?.getAttribute("aria-label") ?? "chart"}; left and right read it, up and down go to other charts, plus and minus zoom, 0 shows all`);
   host.setAttribute("aria-valuemin", first);
   host.setAttribute("aria-valuemax", last);
   tellReader(host, chart, "");
   host.onkeydown = (event) => {
     const { min, max } = chart.scales.x;
-    const { idx } = chart.cursor;
-    const t = idx === null || idx === undefined ? (min + max) / 2 : chart.data[0][idx];
+    const t = timeAt(chart, steps) ?? (min + max) / 2;
     if (event.key in strides) pointAt(chart, Math.min(max, Math.max(min, t + strides[event.key] * (max - min) / 100)));
     else if (event.key === "Home" || event.key === "End") pointAt(chart, event.key === "Home" ? min : max);
     else if (event.key in zoomsBy) within(t - (t - min) * zoomsBy[event.key], t + (max - t) * zoomsBy[event.key]);
@@ -176,17 +183,29 @@ function pointAt(chart, t) {
 
 // ---- All charts of a part ----
 
-// draws each chart when it comes near the screen, again in other colours, and as wide as there is room
+// the charts of a part are one stop among the tabs
+function chartsInOneStop(figures) {
+  oneStop(figures.map((figure) => figure.querySelector(".plot")), { ArrowDown: 1, ArrowUp: -1 });
+}
+
+// draws each chart when it comes near the screen or is gone to, again in other colours, and as wide as there is room
 function whenSeen(part, figures, draw, charts) {
   const seen = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) {
-      if (isIntersecting) {
+      if (isIntersecting && !charts.has(target)) {
         seen.unobserve(target);
         draw(target);
       }
     }
   }, { rootMargin: "300px" });
   figures.forEach((figure) => seen.observe(figure));
+  chartsInOneStop(figures);
+  part.addEventListener("focusin", ({ target }) => {
+    const figure = target.closest(".chart");
+    if (!figures.includes(figure) || charts.has(figure)) return;
+    seen.unobserve(figure);
+    draw(figure);
+  });
   new ResizeObserver(() => {
     for (const [figure, chart] of charts) {
       const host = figure.querySelector(".plot");

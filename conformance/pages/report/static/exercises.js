@@ -17,6 +17,7 @@ function drawExercise(details) {
       { label: signal, values: unpack(curves[signal]), colour: css("--accent") },
     ], { group: details.id, zoomed, name }));
   }
+  chartsInOneStop(all(".chart", details));
 }
 
 for (const details of all(".exercise")) {

@@ -6,6 +6,29 @@ const all = (selector, inside = document) => [...inside.querySelectorAll(selecto
 const pressed = (button) => button.getAttribute("aria-pressed") === "true";
 const press = (button, on) => button.setAttribute("aria-pressed", on);
 
+// one of several is in the order of tabs, the last that was gone to; keys move within
+function oneStop(items, keys = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }) {
+  const able = () => items.filter((item) => !item.disabled);
+  const stop = (at) => items.forEach((item) => { item.tabIndex = item === at ? 0 : -1; });
+  stop(able()[0]);
+  for (const item of items) {
+    item.addEventListener("focus", () => stop(item));
+    item.addEventListener("keydown", (event) => {
+      if (!(event.key in keys)) return;
+      event.preventDefault();
+      const among = able();
+      among[(among.indexOf(item) + keys[event.key] + among.length) % among.length].focus();
+    });
+  }
+}
+
+for (const bar of all(".choices[aria-label], .copies")) {
+  const items = all("button, a", bar);
+  if (items.length < 3) continue;
+  bar.setAttribute("role", "toolbar");
+  oneStop(items);
+}
+
 // what the reader has set, kept in the page's address: a link shows the page as it is; what changes faster than
 // browsers allow is written when it has settled
 const address = {

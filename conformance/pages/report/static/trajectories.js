@@ -2,47 +2,52 @@
 // The curves of the programs, and their errors.
 "use strict";
 
-const times = unpack(data.grid);
+const [grid, spans] = [unpack(data.grid), unpack(data.spans)];
 const portButtons = all("[data-port].choice");
 const drawn = new Map(); // figure: chart
 const linesOn = new Map(); // figure: lines
 let period = [0, data.horizon];
 
 // the curves of a figure, in drawing order: what stands beside, the programs, the exact solution
-function linesOf({ signal, beside }) {
+function linesOf({ signal, beside, logarithmic }) {
+  const ofErrors = beside === "tolerance";
   const ports = portButtons.filter((button) => button.dataset.port in data.ports).map((button) => ({
     port: button.dataset.port,
     label: button.textContent.trim(),
     colour: getComputedStyle(button).getPropertyValue("--colour"),
   }));
   const quiet = { colour: css("--quiet"), dash: [4, 4], width: 1.25, quiet: true };
-  const constant = (value) => times.map(() => value);
+  const constant = (value) => (ofErrors ? spans : grid).map(() => value);
+  const known = (values) => { // the last step goes on to the end
+    const found = unpack(values);
+    return positive(ofErrors ? [...found, found.at(-1)] : found, logarithmic);
+  };
   const lines = [];
   if (beside === "reference") lines.push({ label: "r", values: unpack(data.exact.reference), ...quiet });
   if (beside in data.parameters) lines.push({ label: beside, values: constant(data.parameters[beside]), ...quiet });
-  if (beside === "tolerance") {
+  if (ofErrors) {
     const state = signal.replace("error_", "");
     lines.push(...ports.map(({ port, colour }) => ({ ...quiet, label: "tolerance", port, colour,
       values: constant(data.tolerance[port][state] ?? null) })));
   }
-  lines.push(...group(ports.map((port) => ({ ...port, spanGaps: beside === "tolerance",
-    values: positive(unpack(data.ports[port.port][signal]), signal) }))));
+  lines.push(...group(ports.map((port) => ({ ...port, values: known(data.ports[port.port][signal]) })), logarithmic));
   if (signal in data.exact) {
-    lines.push({ label: "exact", values: positive(unpack(data.exact[signal]), signal), colour: css("--text"), width: 0.75 });
+    lines.push({ label: "exact", values: known(data.exact[signal]), colour: css("--text"), width: 0.75 });
   }
   return lines;
 }
 
 // what a logarithmic axis can show
-function positive(values, signal) {
-  return /^error_|^V$/.test(signal) ? values.map((value) => (value > 0 ? value : null)) : values;
+function positive(values, logarithmic) {
+  return logarithmic === undefined ? values : values.map((value) => (value > 0 ? value : null));
 }
 
 function draw(figure) {
-  const { axis: name, logarithmic } = figure.dataset;
+  const { axis: name, logarithmic, beside } = figure.dataset;
   const lines = linesOf(figure.dataset);
-  const chart = makeChart(figure, times, lines,
-    { group: "trajectories", zoomed: setPeriod, name, logarithmic: logarithmic !== undefined });
+  const steps = beside === "tolerance";
+  const chart = makeChart(figure, steps ? spans : grid, lines,
+    { group: "trajectories", zoomed: setPeriod, name, logarithmic: logarithmic !== undefined, steps });
   drawn.set(figure, chart);
   linesOn.set(figure, lines);
   showPorts(figure);
@@ -58,7 +63,7 @@ function showPorts(figure) {
   const leaders = programs.filter((line, i) => programs.findIndex(({ group }) => group === line.group) === i);
   chart.batch(() => lines.forEach((line, i) =>
     chart.setSeries(i + 1, { show: line.group === undefined ? on(line) : leaders.includes(line) })));
-  figure.querySelector(".keys").replaceChildren(...leaders.map((leader) => {
+  figure.querySelector(".keys").replaceChildren(...all(".key.beside", figure), ...leaders.map((leader) => {
     const names = programs.filter(({ group }) => group === leader.group).map(({ label }) => label);
     const key = Object.assign(document.createElement("span"), { className: "key", textContent: together(names) });
     key.style.setProperty("--colour", leader.colour);
@@ -72,19 +77,21 @@ function together(names) {
 }
 
 // marks the curves of programs that lie on one another
-function group(lines) {
+function group(lines, logarithmic) {
   const leaders = [];
   for (const line of lines) {
-    const leader = leaders.find(({ values }) => coincide(values, line.values)) ?? line;
+    const leader = leaders.find(({ values }) => coincide(values, line.values, logarithmic !== undefined)) ?? line;
     if (leader === line) leaders.push(line);
     line.group = leaders.indexOf(leader);
   }
   return lines;
 }
 
-function coincide(a, b) {
+// as the picture that comes with the page has it
+function coincide(a, b, logarithmic) {
   const size = a.reduce((largest, value) => Math.max(largest, Math.abs(value)), 0);
-  return a.every((value, i) => value === null || b[i] === null || Math.abs(value - b[i]) <= 0.005 * size);
+  const close = (x, y) => (logarithmic ? Math.max(x, y) <= 1.05 * Math.min(x, y) : Math.abs(x - y) <= 0.005 * size);
+  return a.every((value, i) => value === null || b[i] === null || close(value, b[i]));
 }
 
 function setPeriod(from, to) {

@@ -6,14 +6,20 @@
 for (const part of all(".inspected")) {
   const inspector = part.querySelector(".inspector");
   const rows = all("tbody tr", part).map((row) => all(".cell", row));
-  const move = (i, j) => {
+  const stops = (cell) => cell !== undefined && !cell.classList.contains("self");
+  const move = (i, j, by) => {
     const to = rows[i]?.[j];
     if (to === undefined) return;
+    if (!stops(to)) {
+      move(i + by[0], j + by[1], by);
+      return;
+    }
     all(".cell[tabindex='0']", part).forEach((cell) => { cell.tabIndex = -1; });
     to.tabIndex = 0;
     to.focus();
   };
-  if (rows.length > 0) rows[0][0].tabIndex = 0;
+  const first = rows.flat().find(stops);
+  if (first !== undefined) first.tabIndex = 0;
   rows.forEach((row, i) => row.forEach((cell, j) => {
     for (const event of ["pointerenter", "focus", "click"]) {
       cell.addEventListener(event, () => { inspector.textContent = cell.dataset.words; });
@@ -22,7 +28,8 @@ for (const part of all(".inspected")) {
       const steps = { ArrowUp: [-1, 0], ArrowDown: [1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
       if (!(event.key in steps)) return;
       event.preventDefault();
-      move(i + steps[event.key][0], j + steps[event.key][1]);
+      const by = steps[event.key];
+      move(i + by[0], j + by[1], by);
     });
   }));
 }
