@@ -102,7 +102,7 @@ report-gallery: environment .venv/page/installed  ## write the page of every pla
 write: environment  ## bring the six programs up to date with plants/Chapter17_Lesson1.toml and the templates
 	@$(PYTHON) -m conformance write plants/Chapter17_Lesson1.toml --to . --force
 
-readme: all  ## bring the README's table and picture up to date
+readme: all .venv/page/installed  ## bring the README's table and pictures up to date; the page's needs a Chromium
 	@$(PYTHON) -m conformance readme
 
 mutants: all  ## change each operator and number of every program in turn: do the checks notice? (minutes)

@@ -1,28 +1,72 @@
 # SPDX-License-Identifier: MIT
-"""The parts of the README that come from the results: the table between two marks, and the picture."""
+"""The parts of the README that come from the results: the table between two marks, and the pictures."""
 
 import shutil
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_UP, Context
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from conformance.atomic import write_atomically
 from conformance.judging.checks import Result
 from conformance.judging.verdict import Judgement, Verdict
+from conformance.pages.report import chromium
+from conformance.pages.report.page import write_page
 from conformance.programs.ports import ROOT, SIX, Port
 from conformance.theory.lesson import LESSON
 
 README = ROOT / "README.md"
 PICTURE = ROOT / "docs" / "tracking.png"
+OF_THE_PAGE = ROOT / "docs" / "page.png"
+SCREEN, DENSITY = (1200, 900), 1.5  # px of the page's picture, and of the picture's points per pixel
+STEADY = (
+    "--no-sandbox",
+    "--hide-scrollbars",
+    "--font-render-hinting=none",
+    "--disable-lcd-text",
+    "--force-color-profile=srgb",
+)
 DRAWN_BY = "python"  # whose figure is the picture
 BEGIN, END = "<!-- results, written by make readme -->", "<!-- end of results -->"
 HEAD = ("port", "engine that ran", "verdict", *(f"error of {state}, at most" for state in LESSON.names))
 
 
-def write_readme(judgement: Judgement, ports: Mapping[str, Port]) -> None:
-    """Bring table and picture up to date; raises ValueError where a mark is missing, OSError without the figure."""
-    text = README.read_text(encoding="utf-8")
+def write_readme(judgement: Judgement, ports: Mapping[str, Port]) -> bool:
+    """Bring table and pictures up to date; whether there is a Chromium, without which the page's picture stays.
+
+    Raises ValueError where a mark is missing, or what the page embeds is not installed, OSError without the figure.
+    """
+    text, browser = README.read_text(encoding="utf-8"), chromium()
     write_atomically(README, with_table(text, table(judgement.verdicts)))
     shutil.copyfile(figure(ports), PICTURE)
+    if browser:
+        with TemporaryDirectory() as folder:
+            page = Path(folder) / "index.html"
+            write_page(page, ports, judgement)
+            write_atomically(OF_THE_PAGE, photograph(page, browser))
+    return browser is not None
+
+
+def photograph(page: Path, browser: str) -> bytes:
+    """The first screen of a page as PNG, light and without motion; fonts are the page's own."""
+    from playwright.sync_api import sync_playwright
+
+    width, height = SCREEN
+    with sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=browser, args=[*STEADY])
+        context = launched.new_context(
+            viewport={"width": width, "height": height},
+            device_scale_factor=DENSITY,
+            color_scheme="light",
+            reduced_motion="reduce",
+        )
+        shown = context.new_page()
+        shown.goto(page.as_uri())
+        shown.evaluate("document.fonts.ready")
+        end = shown.locator("body > header").evaluate("(header) => header.getBoundingClientRect().bottom + 24")
+        taken: bytes = shown.screenshot(clip={"x": 0, "y": 0, "width": width, "height": end})
+        launched.close()
+    return taken
 
 
 def figure(ports: Mapping[str, Port]) -> str:

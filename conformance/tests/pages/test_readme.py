@@ -15,15 +15,18 @@ from conformance.pages.readme import (
     BEGIN,
     DRAWN_BY,
     END,
+    OF_THE_PAGE,
     PICTURE,
     README,
     between_marks,
     figure,
     outdated,
+    photograph,
     rounded_up,
     table,
     with_table,
 )
+from conformance.pages.report import chromium
 from conformance.programs.ports import ROOT
 from conformance.tests.under_test import PORTS
 from conformance.theory.lesson import LESSON
@@ -49,6 +52,13 @@ def test_table_is_up_to_date() -> None:
 @pytest.mark.skipif(DRAWN_BY not in PORTS, reason=f"PORTS leaves out {DRAWN_BY}")
 def test_picture_is_up_to_date() -> None:
     assert difference(PICTURE, figure(PORTS)) < SAME, "type: make readme"
+
+
+@pytest.mark.beyond
+@pytest.mark.skipif(chromium() is None, reason="there is no Chromium here; Debian's package is chromium")
+def test_picture_of_the_page_is_up_to_date(report: Path, tmp_path: Path) -> None:
+    (tmp_path / "page.png").write_bytes(photograph(report, chromium() or ""))
+    assert difference(OF_THE_PAGE, tmp_path / "page.png") < SAME, "type: make readme"
 
 
 def test_another_picture_is_refused(tmp_path: Path) -> None:
