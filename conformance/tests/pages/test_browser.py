@@ -220,6 +220,7 @@ def test_refused_and_missing_programs_say_why(browser: Browser, tmp_path: Path) 
     assert {re.sub(r"\s+", " ", text) for text in told.all_inner_texts()} >= {
         f"{port.language} status pass {status} " for port, status in ((refused, "fail"), (missing, "missing"))
     }
+    assert Axe().run(other.page, context="#verdict", options={"resultTypes": ["violations"]}).violations_count == 0
     assert other.page.locator(f"#trajectories [data-port={missing.name}]").is_disabled()
     assert other.page.locator("#verdict .cell.fail").count() > 0
     assert other.complaints == []
