@@ -100,11 +100,13 @@ def parser() -> Parser:
         "table", help="what ran, on which engine, and what came out (the ports of PORTS, or all)"
     )
     table.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
-    report = commands.add_parser("report", help="write the page on what the programs left, one self-contained file")
+    report = commands.add_parser(
+        "report",
+        help="write the page on what the programs left, one self-contained file",
+        description="Write the page, and beside the lesson's the index of all plants, report/plants.html.",
+    )
     report.add_argument("--plant", type=Path, metavar="FILE.toml", help="of the programs written for this plant")
-    what = report.add_mutually_exclusive_group()
-    what.add_argument("--plants", action="store_true", help="the index of the plants of plants/ instead")
-    what.add_argument(
+    report.add_argument(
         "--since", type=Path, metavar="EARLIER.json", help="say what changed since this result, as diff does"
     )
     report.add_argument(
@@ -390,31 +392,30 @@ def validate(arguments: argparse.Namespace) -> int:
 
 
 def report(arguments: argparse.Namespace) -> int:
-    """The page, or the index of plants."""
+    """The page, and the index of all plants where it leads to one."""
     from conformance.judging.difference import read_result
     from conformance.judging.verdict import judge_all
     from conformance.pages.report.evidence import changed
-    from conformance.pages.report.gallery import GALLERY, gallery
+    from conformance.pages.report.gallery import GALLERY, publish
     from conformance.pages.report.page import page, page_of
-    from conformance.places import PLANTS
     from conformance.programs.ports import selected_ports
     from conformance.theory.experiment_file import read_experiment
     from conformance.theory.lesson import LESSON
 
     experiment = read_experiment(arguments.plant) if arguments.plant else LESSON
-    path = arguments.to or (GALLERY if arguments.plants else page_of(experiment))
+    path = arguments.to or page_of(experiment)
     check_output(path, arguments.since)
-    if arguments.plants:
-        whole = gallery(sorted(PLANTS.glob("*.toml")))
+    earlier = arguments.since and read_result(arguments.since)
+    ports = selected_ports(plant=experiment.name if arguments.plant else "")
+    judgement = judge_all(ports, experiment)
+    changes = changed(arguments.since.name, earlier, judgement) if earlier else None
+    if arguments.to:
+        write_output(path, page(ports, judgement, experiment, changes))
     else:
-        earlier = arguments.since and read_result(arguments.since)
-        ports = selected_ports(plant=experiment.name if arguments.plant else "")
-        judgement = judge_all(ports, experiment)
-        changes = changed(arguments.since.name, earlier, judgement) if earlier else None
-        whole = page(ports, judgement, experiment, changes)
-    write_output(path, whole)
+        publish(ports, judgement, experiment, changes)
     if str(path) != "-":
-        print(f"the page is {plain(path, MESSAGE)}, {len(whole.encode()) / 1e6:.1f} MB")
+        index = "" if arguments.to else f"; all plants: {plain(GALLERY, MESSAGE)}"
+        print(f"the page is {plain(path, MESSAGE)}, {path.stat().st_size / 1e6:.1f} MB{index}")
     return 0
 
 

@@ -11,7 +11,8 @@ import pytest
 from conformance.judging.checks import Tolerance
 from conformance.judging.trajectory import Trajectory
 from conformance.judging.verdict import judge_all, summary, write_result
-from conformance.pages.report.page import PAGE, write_page
+from conformance.pages.report.gallery import publish
+from conformance.pages.report.page import PAGE
 from conformance.programs.ports import Port
 from conformance.programs.table import boxes
 from conformance.tests.under_test import PORTS, engine_of, not_run, trajectory_of
@@ -60,7 +61,7 @@ def variants_have_run() -> None:
 def report(variants_have_run: None) -> Path:
     """The page on the programs under test, the exercises with what their variants led to."""
     if not page_is_new():
-        write_page(PAGE, PORTS, judge_all(PORTS, LESSON))
+        publish(PORTS, judge_all(PORTS, LESSON))
     return PAGE
 
 
@@ -99,7 +100,7 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     terminalreporter.write_line(f"{boxes(PORTS.values())}\n{summary(judgement)}")
     try:
         if not page_is_new():
-            write_page(PAGE, PORTS, judgement)
+            publish(PORTS, judgement)
         terminalreporter.write_line(f"the page: {PAGE}")
     except ValueError as obstacle:
         terminalreporter.write_line(f"no page: {obstacle}")

@@ -34,16 +34,17 @@ CLASSES = {"+": "added", "-": "removed"}  # of a line of a diff, by its first ch
 
 @dataclass(frozen=True)
 class Exercise:
-    """A variant, its diff by language, and what it led to in the program `ran`, "" where none has left a CSV.
+    """A variant, its diff by port, and what it led to in the program `ran`, "" where none has left a CSV.
 
-    `seconds` are drawn; `curves` are for the script, `pictures` the same as vectors, by signal.
+    `seconds` are drawn; `curves` are for the script, over the same shares of them in all exercises, with the true
+    parameter; `pictures` are the same as vectors, by signal.
     """
 
     variant: Variant
     diffs: Mapping[str, Markup]
     ran: str
     seconds: float
-    curves: Mapping[str, str]
+    curves: Mapping[str, str | float]
     pictures: Mapping[str, Markup]
 
 
@@ -57,15 +58,17 @@ def shown(variant: Variant, ports: Iterable[Port]) -> Exercise:
     here = [port for port in ports if variant.has(port)]
     ran, trajectory = next(_runs(variant, here), ("", None))
     curves: dict[str, Array] = {}
+    theta = float(variant.experiment.unknown[0].true)
     if trajectory:
         curves = thinned(trajectory) if variant.refused_by else solved(variant.experiment)
-        curves["theta"] = np.full(SHARES.size, float(variant.experiment.unknown[0].true))
+        curves["theta"] = np.full(SHARES.size, theta)
+    seconds = float(curves["t"][-1]) if curves else 0.0
     return Exercise(
         variant=variant,
         diffs=dict(_diffs(variant, here)),
         ran=ran,
-        seconds=float(curves["t"][-1]) if curves else 0.0,
-        curves=packed(curves),
+        seconds=seconds,
+        curves={**packed({name: curves[name] for name in DRAWN if curves}), "seconds": seconds, "theta": theta},
         pictures={panel.signal: still(panel, curves) for panel in EXERCISE_PANELS if curves},
     )
 
@@ -77,11 +80,11 @@ def still(panel: Panel, curves: Mapping[str, Array]) -> Markup:
 
 
 def _diffs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Markup]]:
-    """(language, diff) of every program into which the variant can be edited; one that is not finished is left out."""
+    """(port, diff) of every program into which the variant can be edited; one that is not finished is left out."""
     for port in ports:
         with suppress(ValueError):
             rows = [row for row in diff(variant, port).splitlines() if not row.startswith("@@")]
-            yield port.language, marked(rows, port.source)
+            yield port.name, marked(rows, port.source)
 
 
 def _runs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Trajectory]]:

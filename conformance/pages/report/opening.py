@@ -31,15 +31,19 @@ def opening(e: Experiment) -> list[Figure]:
     solution, t = exact(e), GRID * float(e.horizon)
     states = solution.evaluate(t)
     x = e.states[0]
-    met = picture(t, [Line(solution.reference(t), AIM), Line(states[0], EXACT)], f"{x} and the reference r")
-    falls = picture(t, [Line(solution.lyapunov(t, states), EXACT)], "V falls over many decades", logarithmic=True)
+    met = [Line(solution.reference(t), AIM, symbol="r"), Line(states[0], EXACT, symbol=x)]
+    falls = [Line(solution.lyapunov(t, states), EXACT, symbol="V")]
     shown = [
-        Figure(rf"{letter(x)} \text{{ meets }} r", met, ((EXACT, letter(x)), (AIM, "r"))),
-        Figure(r"V \text{ falls}", falls),
+        Figure(
+            rf"{letter(x)} \text{{ meets }} r",
+            picture(t, met, f"{x} and the reference r"),
+            ((EXACT, letter(x)), (AIM, "r")),
+        ),
+        Figure(r"V \text{ falls}", picture(t, falls, "V falls over many decades", logarithmic=True)),
     ]
     if e.unknown:
-        lines = [Line(np.full_like(t, float(q.true)), AIM) for q in e.unknown]
-        lines += [Line(values, EXACT) for values in states[len(e.states) :]]
+        lines = [Line(np.full_like(t, float(q.true)), AIM, symbol=q.name) for q in e.unknown]
+        lines += [Line(v, EXACT, symbol=name) for name, v in zip(e.estimates, states[len(e.states) :], strict=True)]
         names = [", ".join(map(letter, names)) for names in (e.estimates, [q.name for q in e.unknown])]
         finds = "finds" if e == LESSON else "and"  # whether it does is the experiment's, and no theorem
         words = f"the estimate of {', '.join(q.name for q in e.unknown)} beside the true value"
@@ -53,11 +57,16 @@ def at_rest(experiment: Experiment) -> dict[str, Any]:
     t = GRID * float(experiment.horizon)
     moving, stopped = exact(experiment).evaluate(t)[2], exact(as_written(PLANTS / "no_excitation.toml")).evaluate(t)[2]
     theta = np.full_like(t, float(experiment.unknown[0].true))
+    lines = [
+        Line(theta, AIM, symbol="theta"),
+        Line(moving, EXACT, symbol="theta_hat"),
+        Line(stopped, OTHER, symbol="theta_hat"),
+    ]
     words = "with r = 0 the estimate stops above theta; with the lesson's r it comes to theta"
     return {
         "estimate": f"{stopped[-1]:.5g}",
         "theta": f"{float(experiment.unknown[0].true):g}",
-        "picture": picture(t, [Line(theta, AIM), Line(moving, EXACT), Line(stopped, OTHER)], words),
+        "picture": picture(t, lines, words),
         "legend": (
             (EXACT, r"\hat\theta,\ \text{the lesson's } r"),
             (OTHER, r"\hat\theta,\ r = 0"),

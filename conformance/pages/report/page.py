@@ -48,8 +48,9 @@ from conformance.pages.report.listing import highlighting
 from conformance.pages.report.opening import at_rest, opening
 from conformance.pages.report.playground import playground
 from conformance.pages.report.rows import Part, parts
-from conformance.pages.report.symbols import Notation, Symbol, symbols_of
+from conformance.pages.report.symbols import Notation, Symbol, linker, symbols_of
 from conformance.pages.report.typesetting import MODULES, Typesetter, type_css, version_of
+from conformance.pages.report.ways import ways
 from conformance.programs.ports import ROOT, SIX, Port
 from conformance.programs.sources import source
 from conformance.programs.table import engine_and_version
@@ -103,9 +104,16 @@ def write_page(
 
 
 def page(
-    ports: Mapping[str, Port], judgement: Judgement, experiment: Experiment = LESSON, changes: Changes | None = None
+    ports: Mapping[str, Port],
+    judgement: Judgement,
+    experiment: Experiment = LESSON,
+    changes: Changes | None = None,
+    index: str = "",
 ) -> str:
-    """The page on these ports, as they were judged, as HTML; `changes` since an earlier result."""
+    """The page on these ports, as they were judged, as HTML.
+
+    `changes` are those since an earlier result, `index` the address of the index of all plants, "" for none.
+    """
     for port in ports.values():
         if port.plant and not port.source_path.is_file():
             raise ValueError(f"{port.plant}: found no program for {port.name}, expected that of make all PLANT=FILE")
@@ -121,16 +129,19 @@ def page(
     variants = read_variants() if lesson else {}
     play = playground(solution, variants.values(), None if lesson else experiment)
     symbols = symbols_of(experiment, notation)
+    languages = {name: port.language for name, port in ports.items()}
     environment, typesetter = environment_of(symbols, notation)
     html = environment.get_template("page.html").render(
         raw=raw(environment),
         programs=programs,
         **facts(list(verdicts.values()), languages, judgement),
+        ways=list(ways(experiment, languages, [p.name for p in programs if p.code], list(verdicts.values()), variants)),
         **derivation_shown(derived, notation, symbols, shown_parts),
         title=experiment.title,
         opening=opening(experiment),
         rest=at_rest(experiment) if lesson else None,
         lesson=lesson,
+        index=index,
         source=experiment.source,
         parts=shown_parts,
         **trajectories(list(verdicts.values()), languages, experiment, solution),
@@ -161,7 +172,8 @@ def environment_of(symbols: Sequence[Symbol], notation: Notation) -> tuple[Envir
         symbol = r"\Gamma" if found[1] == "Gamma" else notation.name(found[1])
         return typesetter(symbol + found[2].replace("&#39;", "'"), "inline")
 
-    environment.filters["math"] = typesetter
+    link = linker(symbols)
+    environment.filters["math"] = lambda latex, display="block": typesetter(link(latex), display)
     environment.filters["words"] = lambda text: Markup(names.sub(set_name, str(Markup.escape(text))))
     environment.globals |= {"symbols": symbols, "notation": notation}
     return environment, typesetter

@@ -21,7 +21,7 @@ MINUS = str.maketrans("-", "\N{MINUS SIGN}")
 
 @dataclass(frozen=True)
 class Line:
-    """A curve: values, shape (points,), NaN where there are none; its colour in CSS, width, dashes.
+    """A curve: values, shape (points,), NaN where there are none; its colour in CSS, width, dashes, and symbol's name.
 
     A filled one has the area to `down_to`, shape (points,), in its colour, and no outline.
     """
@@ -31,6 +31,7 @@ class Line:
     width: float = 1.75
     dash: str = ""
     down_to: Array | None = None
+    symbol: str = ""
 
 
 def picture(x: Array, lines: Sequence[Line], words: str, logarithmic: bool = False, across: str = "t (s)") -> Markup:
@@ -121,7 +122,9 @@ def drawn(line: Line, x: Array, horizontal: Scale, vertical: Scale) -> Markup:
         return Markup('<path class="area" style="fill:{}" d="{}Z"/>').format(line.colour, area)
     dash = f";stroke-dasharray:{line.dash}" if line.dash else ""
     style = f"stroke:{line.colour};stroke-width:{line.width}{dash}"
-    return Markup('<path class="curve" style="{}" d="{}"/>').format(style, path_of(places, vertical(line.values)))
+    symbol = Markup(' data-symbol="{}"').format(line.symbol) if line.symbol else ""
+    path = path_of(places, vertical(line.values))
+    return Markup('<path class="curve"{} style="{}" d="{}"/>').format(symbol, style, path)
 
 
 def path_of(x: Array, y: Array) -> str:

@@ -2,7 +2,7 @@
 """The symbols of an experiment: how each is typeset, what it means, and where the lesson defines it."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 from conformance.theory.derivation import Derivation, Equation, latex, symbols
@@ -53,6 +53,32 @@ class Notation:
         return [self.equation(e.name, e.expression) for e in equations]
 
 
+def linker(symbols: Iterable[Symbol]) -> Callable[[str], str]:
+    """A function that gives each of the symbols its name in LaTeX that was written by hand: z_1 or z_{1}, \\hat\\theta.
+
+    Dots above and an exponent go with the symbol. What is text, or has its name already, is left.
+    """
+    names = {_bare(symbol.latex): symbol.name for symbol in symbols}
+    bare = "|".join(re.escape(text) for text in sorted(names, key=len, reverse=True))
+    pattern = re.compile(
+        rf"\\text\{{[^{{}}]*\}}|(?<![\\A-Za-z^_])((?:\\d+ot ?)??({bare})(?:(?<=\d)|(?![A-Za-z]))(?:\^\d)?)"
+    )
+
+    def named(found: re.Match[str]) -> str:
+        return rf"\htmlData{{symbol={names[found[2]]}}}{{{found[1]}}}" if found[2] else found[0]
+
+    def link(latex: str) -> str:
+        return pattern.sub(named, _bare(latex)) if names and r"\htmlData" not in latex else latex
+
+    return link
+
+
+def _bare(latex: str) -> str:
+    """Without the braces around a digit, a letter or a Greek letter."""
+    latex = re.sub(r"\{(\d|\\[a-z]+)\}|\{([A-Za-z])\}", lambda found: found[1] or f" {found[2]}", latex)
+    return re.sub(r"\\partial (?=\\)", r"\\partial", latex)
+
+
 def symbols_of(experiment: Experiment, notation: Notation) -> list[Symbol]:
     """Every symbol of the experiment, those of the text first in the order in which it defines them."""
     found: dict[str, Symbol] = {}
@@ -69,7 +95,7 @@ def _meanings(e: Experiment) -> Iterator[tuple[str, str, str, bool]]:
     for p in e.unknown:
         yield p.name, "unknown parameter", "(4)", True
         yield p.estimate, f"estimate of {p.name}", "(6)", True
-        yield f"{p.name}_tilde", f"parameter error, {p.estimate} - {p.name}", "(5)", True
+        yield f"{p.name}_tilde", f"parameter error, {p.estimate} \N{MINUS SIGN} {p.name}", "(5)", True
     written = statements_of(e)
     for s in written:
         derived = "partial derivative" in s.wording or (s.section == REFERENCE and s.name != "r")

@@ -21,7 +21,8 @@ const options = {
 
 function typeset([latex, display]) {
   try {
-    return katex.renderToString(latex, { ...options, displayMode: display === "block" });
+    const html = katex.renderToString(latex, { ...options, displayMode: display === "block" });
+    return html.replace(/<semantics>(.*?)<annotation.*?<\/annotation><\/semantics>/s, "$1"); // the source in LaTeX
   } catch (error) {
     process.stderr.write(`${latex}: ${error.message}\n`);
     process.exit(1);

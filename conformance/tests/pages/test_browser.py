@@ -8,7 +8,7 @@ import contextlib
 import json
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -151,6 +151,7 @@ def check_screen(page: Page, picture: Path) -> None:
     style = page.add_style_tag(content=ALL_AT_ONCE)
     page.screenshot(path=picture, type="jpeg", quality=80, full_page=True)  # a PNG file takes twice as long
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert page.evaluate("document.querySelector('nav ul').scrollWidth <= innerWidth")
     set_apart = {"exclude": [[".code"], [".katex"]]}  # for the contrast of code see test_page
     found = Axe().run(page, context=set_apart, options={"resultTypes": ["violations"]})
     assert found.violations_count == 0, found.generate_report()
@@ -173,6 +174,57 @@ def test_inaccessible_page_would_be_refused(browser: Browser) -> None:
     bare.set_content("<img src='data:,'><button></button>")
     assert Axe().run(bare).violations_count > 0
     bare.close()
+
+
+# ---- Ways in ----
+
+
+def clicks(page: Page) -> Callable[[], int]:
+    """A function that says how often the reader has clicked since it was asked last."""
+    page.evaluate("clicked = 0; addEventListener('click', () => { clicked += 1; }, true)")
+    return lambda: int(page.evaluate("[clicked, clicked = 0][0]"))
+
+
+ANSWERS = {  # by a few words of the question: what is in view, and what it says
+    "Java write the tuning function, against MATLAB": {
+        "#row-tau2 .difference": "Java alone has final double; the rest"
+    },
+    "Problem 6's edit in Mathematica": {
+        "#exercise-problem-6 > p >> nth=0": "r and both derivatives change together",
+        "#exercise-problem-6 .diff:visible": "rDot[t_] := -amplitude * omega * Sin[omega * t]",
+    },
+    "not converge with": {"#why-no-convergence > p >> nth=0": "adaptation stops"},
+    "What does": {"#effect-gamma": "the estimate moves faster"},
+    "the cross term of step 2": {"#cross-2": "the cross term", "#step-2 .statement.lit .quiet": "cancels"},
+    "When is a program refused": {"#when-refused": "as soon as one check fails"},
+}
+
+
+@pytest.mark.skipif(len(PORTS) < len(SIX), reason="PORTS leaves out some")
+def test_what_a_reader_asks_first_is_one_click_away_from_the_first_screen(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, (1440, 900, "light"))
+    page = other.page
+    asked = page.locator(".ways a")
+    assert asked.count() == len(ANSWERS)
+    clicked = clicks(page)
+    for question, answer in ANSWERS.items():
+        page.evaluate("scrollTo(0, 0)")
+        link = asked.filter(has_text=question)
+        expect(link).to_be_in_viewport()
+        link.click()
+        for place, words in answer.items():
+            expect(page.locator(place)).to_be_in_viewport(ratio=0.5)
+            found = re.sub(r"\s+", " ", page.evaluate("(e) => textOf(e)", page.locator(place).element_handle()))
+            assert words in found, (question, found)
+        assert clicked() == 1, question
+    page.get_by_role("button", name="all", exact=True).last.click()
+    assert page.locator("#exercise-problem-6 .diff:visible").count() == len(PORTS)
+    for query in ("?compare=java,matlab#row-tau2", "?in=mathematica#exercise-problem-6"):
+        page.goto(report.as_uri() + query)  # the same by a link from elsewhere
+        expect(page.locator("#" + query.partition("#")[2])).to_be_in_viewport()
+    assert page.locator("#exercise-problem-6 .diff:visible").count() == 1
+    assert other.complaints == []
+    page.context.close()
 
 
 # ---- Verdict ----
@@ -368,7 +420,7 @@ def test_statements_stand_in_the_language_that_is_chosen(browser: Browser, repor
     other = open_page(browser, report)
     page = other.page
     page.locator("#step-2").scroll_into_view_if_needed()
-    page.locator(f"[data-choose-lead={name}]").click()
+    page.locator(f"#derivation [data-choose-lead={name}]").click()
     law = page.locator("#step-2 [data-row=theta_hat_dot] .lead:visible")
     assert law.get_attribute("data-lead") == name and law.count() == 1
     expect(page).to_have_url(re.compile(f"[?&]in={name}\\b"))
@@ -395,6 +447,25 @@ def test_symbol_lights_up_everywhere_with_its_meaning(page: Page) -> None:
     page.keyboard.press("Escape")
 
 
+def test_symbol_lights_up_in_captions_legends_curves_and_at_the_axis(page: Page) -> None:
+    page.locator("#trajectories [data-signal=theta_hat] .u-axis").last.hover()
+    places = [
+        "#trajectories [data-signal=theta_hat] figcaption",  # captions
+        "#playground [data-drawing=estimates] figcaption",
+        ".opening .key",  # a legend
+        "#question-1 summary",  # words
+        "#step-1 .equation",
+    ]
+    assert all(page.locator(f"{place} [data-symbol=theta_hat].lit").count() for place in places)
+    assert page.locator(".opening path.lit").get_attribute("data-symbol") == "theta_hat"
+    assert page.locator("#meaning .katex").count() == 2, "the meaning names theta, and is typeset"
+    strip = "(axis) => getComputedStyle(axis, '::before').backgroundColor"
+    axes = [page.locator(f"#trajectories [data-signal={signal}] .u-axis").last for signal in ("theta_hat", "x2")]
+    assert len({axis.evaluate(strip) for axis in axes}) == 2, "its axis alone lights up"
+    page.keyboard.press("Escape")
+    page.mouse.move(0, 0)
+
+
 def test_search_goes_to_a_statement_and_keys_choose_languages(browser: Browser, report: Path) -> None:
     other = open_page(browser, report, (1440, 900, "light"))
     page = other.page
@@ -418,8 +489,8 @@ def test_search_goes_to_a_statement_and_keys_choose_languages(browser: Browser, 
     page.keyboard.press("p")
     assert 0 < top(page, "#step-1") < 200
     page.keyboard.press("2")
-    second = page.locator("[data-choose-lead]").nth(1).inner_text()
-    assert page.locator("[data-choose-lead][aria-pressed=true]").inner_text() == second
+    second = page.locator("#derivation [data-choose-lead]").nth(1).inner_text()
+    assert page.locator("#derivation [data-choose-lead][aria-pressed=true]").inner_text() == second
     assert other.complaints == []
     page.context.close()
 
@@ -628,7 +699,7 @@ def test_mistake_is_played_from_its_exercise(page: Page) -> None:
 
 
 def test_missing_excitation_is_played_from_the_derivation(page: Page) -> None:
-    page.locator("#why-no-convergence [data-play]").click()
+    page.locator("#derivation [data-play]").click()
     assert page.locator("#playground [data-start=no_excitation]").get_attribute("aria-pressed") == "true"
     assert page.evaluate("playground.figures().estimate") == pytest.approx(2.777, abs=0.001)
     page.locator("[data-start=Chapter17_Lesson1]").click()
@@ -673,7 +744,8 @@ def test_start_clears_a_mistake(page: Page) -> None:
     page.locator("[data-start=Chapter17_Lesson1]").click()
     assert page.locator("input[name=mistake][value='']").is_checked()
     assert page.locator("#playground .changed:visible").count() == 0
-    assert "dissipated add up to V(0)" in page.locator("#playground .outcome").inner_text()
+    outcome = page.locator("#playground .outcome").inner_text()
+    assert "At 20 s: z₁ = −2.69e-9" in outcome and "dissipated add up to V(0)" in outcome
 
 
 @pytest.mark.parametrize("i", range(len(QUESTIONS)))

@@ -38,6 +38,19 @@ def test_index_leads_to_a_page_that_is_there(monkeypatch: pytest.MonkeyPatch, tm
     assert "6 of 6 conform." in html
 
 
+def test_index_says_what_is_wrong_with_a_file_that_is_no_experiment(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("title = 1\n")
+    html = unescape(gallery([tmp_path / "mine.toml"]))
+    assert "<h2>mine.toml</h2>" in html and ">mine.toml: the table [plant] is missing.<" in html
+
+
+def test_page_and_index_lead_to_each_other(report: Path) -> None:
+    index = report.with_name("plants.html")
+    assert '<a href="plants.html">' in report.read_text()
+    assert re.search('<h2><a href="index.html">', index.read_text())
+    assert index.read_text().count("<li>") == len(list(PLANTS.glob("*.toml")))
+
+
 @pytest.mark.parametrize("text", ["", "[]", "{}", "{"])
 def test_result_that_cannot_be_read_says_nothing(text: str, tmp_path: Path) -> None:
     (tmp_path / "result.json").write_text(text)

@@ -14,17 +14,19 @@ function showCode(names) {
     for (const button of codeButtons) press(button, names.includes(button.dataset.code));
     for (const place of all("[data-port]:not(button)", codeSection)) place.hidden = !names.includes(place.dataset.port);
     codeSection.classList.toggle("two", names.length === 2);
+    markDifferences(names);
   });
-  markDifferences(names);
 }
 
-// the names and signs of a piece of code, each with where it stands
+// the names and signs of a piece of code, each with where it stands, and its symbol where it is one
 function tokens(code) {
   const found = [];
   const walker = document.createTreeWalker(code, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
-    for (const { 0: text, index } of walker.currentNode.data.matchAll(/[A-Za-z_]\w*|[\d.]+|[^\s\w]+/g)) {
-      found.push({ text, node: walker.currentNode, index });
+    const node = walker.currentNode;
+    const symbol = node.parentElement.closest("[data-symbol]")?.dataset.symbol;
+    for (const { 0: text, index } of node.data.matchAll(/[A-Za-z_]\w*|[\d.]+|[^\s\w]+/g)) {
+      found.push({ text, node, index, symbol });
     }
   }
   return found;
@@ -48,13 +50,54 @@ function common(a, b) {
   return kept;
 }
 
-// of two programs, what their statements share is dimmed and what differs is marked
+// pieces of code in words: "`a`, `b` and `c`", each once
+function codesListed(pieces) {
+  const codes = [...new Set(pieces)].map((text) => Object.assign(document.createElement("code"), { textContent: text }));
+  return codes.flatMap((code, i) => (i === 0 ? [code] : [i === codes.length - 1 ? " and " : ", ", code]));
+}
+
+// what a program alone has in a statement: neighbours together, without the symbols that both name
+function alone(found, kept, both) {
+  const pieces = [];
+  let before = null;
+  for (const token of found) {
+    const own = !kept.has(token) && !both.has(token.symbol);
+    if (own && before !== null) pieces.push(`${pieces.pop()} ${token.text}`);
+    else if (own) pieces.push(token.text);
+    before = own ? token : null;
+  }
+  return pieces;
+}
+
+// the difference of two statements as a sentence
+function inWords([a, b], kept, [one, other]) {
+  const spelled = (found) => new Map(found.filter((token) => token.symbol && !kept.has(token)).map(({ symbol, text }) => [symbol, text]));
+  const [mine, theirs] = [spelled(a), spelled(b)];
+  const both = new Set([...mine.keys()].filter((symbol) => theirs.has(symbol)));
+  const parts = [[one, alone(a, kept, both)], [other, alone(b, kept, both)]].filter(([, pieces]) => pieces.length > 0)
+    .map(([name, pieces]) => [`${name} alone has `, ...codesListed(pieces)]);
+  if (both.size > 0) {
+    const names = (found) => codesListed([...both].map((symbol) => found.get(symbol)));
+    parts.push([`${one} writes `, ...names(mine), ` where ${other} writes `, ...names(theirs)]);
+  }
+  if (parts.length === 0) return [`${one} and ${other} write the same.`];
+  return [...parts.flatMap((part) => [...part, "; "]), "the rest is the same, in the same order."];
+}
+
+// of two programs, what their statements share is dimmed, what differs is marked, and said
 function markDifferences(names) {
-  if (CSS.highlights === undefined) return;
-  const [same, differs] = [new Highlight(), new Highlight()];
+  const [same, differs] = CSS.highlights ? [new Highlight(), new Highlight()] : [new Set(), new Set()];
+  const languages = names.map((name) => codeButtons.find((button) => button.dataset.code === name).textContent.trim());
+  for (const said of all(".difference", codeSection)) said.remove();
   for (const row of names.length === 2 ? all(".row", codeSection) : []) {
-    const [a, b] = names.map((name) => row.querySelector(`[data-port="${name}"] code`)).map((code) => (code ? tokens(code) : []));
+    const codes = names.map((name) => row.querySelector(`[data-port="${name}"] code`)).filter(Boolean);
+    const [a, b] = [...codes.map(tokens), [], []];
     const kept = common(a, b);
+    if (codes.length === 2) {
+      const said = Object.assign(document.createElement("p"), { className: "difference" });
+      said.append(...inWords([a, b], kept, languages));
+      row.querySelector(".beside").append(said);
+    }
     for (const token of [...a, ...b]) {
       const range = new Range();
       range.setStart(token.node, token.index);
@@ -62,8 +105,8 @@ function markDifferences(names) {
       (kept.has(token) ? same : differs).add(range);
     }
   }
-  CSS.highlights.set("same", same);
-  CSS.highlights.set("differs", differs);
+  CSS.highlights?.set("same", same);
+  CSS.highlights?.set("differs", differs);
 }
 
 function choose(names) {
@@ -82,9 +125,10 @@ for (const button of codeButtons) {
   });
 }
 document.getElementById("all-languages")?.addEventListener("click", () => choose(everyProgram));
-const asked = address.get("compare")?.split(",") ?? [];
-const comparable = everyProgram.filter((name) => asked.includes(name));
-if (comparable.length > 0) showCode(comparable);
+address.obey("compare", (asked) => {
+  const names = everyProgram.filter((name) => asked.split(",").includes(name));
+  if (names.length > 0) choose(names);
+});
 
 for (const button of all(".copy")) {
   button.addEventListener("click", async () => {

@@ -6,12 +6,12 @@ const exercises = JSON.parse(document.getElementById("exercise-data").textConten
 
 function drawExercise(details) {
   const curves = exercises[details.dataset.exercise];
-  const t = unpack(curves.t);
+  const t = times.filter((_, i) => i % 2 === 0).map((time) => time / data.horizon * curves.seconds); // every other of the curves above
   const charts = [];
   const zoomed = (from, to) => charts.forEach((chart) => chart.setScale("x", { min: from, max: to }));
   for (const figure of all(".chart", details)) {
     const { signal, beside, axis: name } = figure.dataset;
-    const besides = { reference: () => unpack(curves.reference), theta: () => unpack(curves.theta) };
+    const besides = { reference: () => unpack(curves.reference), theta: () => t.map(() => curves.theta) };
     charts.push(makeChart(figure, t, [
       { label: beside, values: besides[beside](), colour: css("--quiet"), dash: [4, 4], quiet: true },
       { label: signal, values: unpack(curves[signal]), colour: css("--accent") },
@@ -33,12 +33,22 @@ for (const button of all("[data-play]")) {
   });
 }
 
+// the edits are shown in one language, or in all
+const allEdits = document.getElementById("all-edits");
+
+function showAllEdits(on) {
+  keepingPlace(() => document.documentElement.toggleAttribute("data-edits", on));
+  press(allEdits, on);
+}
+allEdits?.addEventListener("click", () => showAllEdits(!pressed(allEdits)));
+for (const button of all("#exercises [data-choose-lead]")) button.addEventListener("click", () => showAllEdits(false));
+
 // a link to something that is folded away opens what it is in
 function unfold() {
   const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
   if (!target) return;
   for (let part = target; part; part = part.parentElement) if (part.tagName === "DETAILS") part.open = true;
-  if (target.tagName === "DETAILS") target.scrollIntoView();
+  target.scrollIntoView();
 }
 addEventListener("hashchange", unfold);
 unfold();

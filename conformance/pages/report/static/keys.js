@@ -73,7 +73,7 @@ document.getElementById("open-search").addEventListener("click", openSearch);
 
 // an exercise that is sought is opened by its own script, as one that is linked to is
 function goOn(step) {
-  const stops = all("#derivation .derivation-step, #derivation .prose article, #code .part, main > section");
+  const stops = all("#derivation .derivation-step, .closing > article, #code .part, main > section");
   const tops = stops.map((stop) => stop.getBoundingClientRect().top - parseFloat(getComputedStyle(document.documentElement).scrollPaddingTop));
   const next = step > 0 ? tops.findIndex((top) => top > 4) : tops.findLastIndex((top) => top < -4);
   if (next >= 0) stops[next].scrollIntoView();

@@ -33,6 +33,7 @@ for (const bar of all(".choices[aria-label], .copies")) {
 // browsers allow is written when it has settled
 const address = {
   pending: {},
+  setters: {},
   timer: 0,
   get: (name) => new URLSearchParams(location.search).get(name),
   set(changes) { // null leaves a name out
@@ -44,6 +45,10 @@ const address = {
       address.write();
     }, 150);
   },
+  obey(name, setter) { // it sets what the address asks for, and what a link to another state of the page does
+    address.setters[name] = setter;
+    if (address.get(name) !== null) setter(address.get(name));
+  },
   write() {
     const found = new URLSearchParams(location.search);
     for (const [name, value] of Object.entries(address.pending)) value === null ? found.delete(name) : found.set(name, value);
@@ -53,9 +58,19 @@ const address = {
   },
 };
 
+// a link that sets something and leads somewhere does both without loading the page again
+document.addEventListener("click", (event) => {
+  const link = event.target.closest("a[href^='?']");
+  if (link === null || event.ctrlKey || event.metaKey || event.shiftKey) return;
+  event.preventDefault();
+  for (const [name, value] of new URLSearchParams(link.search)) address.setters[name]?.(value);
+  if (location.hash !== link.hash) location.hash = link.hash;
+  else dispatchEvent(new Event("hashchange")); // the reader has gone elsewhere since
+});
+
 // what the reader reads stays where it is while the page above it changes its height
 function keepingPlace(change) {
-  const below = all(".row, .derivation-step, .whole, figure, h2").find((place) => place.getBoundingClientRect().bottom > 140);
+  const below = all(".row, .derivation-step, .whole, .exercise, figure, h2").find((place) => place.getBoundingClientRect().bottom > 140);
   const before = below?.getBoundingClientRect().top;
   const { style } = document.documentElement;
   style.overflowAnchor = "none"; // or some browsers would move the page a second time
@@ -63,3 +78,10 @@ function keepingPlace(change) {
   if (below !== undefined && scrollY > 0) scrollBy({ top: below.getBoundingClientRect().top - before, behavior: "instant" });
   requestAnimationFrame(() => requestAnimationFrame(() => { style.overflowAnchor = ""; }));
 }
+
+// the section that is read is marked in the navigation
+const sectionLinks = new Map(all("nav a").map((link) => [link.hash.slice(1), link]));
+const reading = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) sectionLinks.get(target.id)?.setAttribute("aria-current", isIntersecting);
+}, { rootMargin: "-40% 0px -60%" });
+for (const section of all("main > section")) reading.observe(section);

@@ -4,6 +4,7 @@
 
 {
 const POINTS = 1000; // of a run that is drawn
+const STRIDE = 2; // steps in one while a slider is dragged: no eye would see the difference
 const KEPT = 2; // runs that stay
 const TRANSIENT = 0.2; // share of the horizon, in which rows stand closer
 const LEFT = 0.97; // share of a run that fails, by which the axes are chosen
@@ -50,25 +51,29 @@ const letters = (name) => name.replace(/(\w+)_hat/, "$1\u0302").replace("theta",
 
 // ---- Runs ----
 
-// a run; one that fails ends early
-function runOf(of) {
-  const { simulate, signals } = programOf(of);
-  const trajectory = simulate();
+// a run; one that fails ends early, and of longer steps is no run, since these may be why
+function runOf(of, stride = 1) {
+  const { simulate, signals, h } = programOf(of);
+  const trajectory = simulate(stride * h);
   const end = trajectory.at(-1).t;
-  return { of, label: labelOf(of), signals, trajectory, end, fails: end < given.horizon * (1 - 1e-9), thinned: new Map() };
+  const fails = end < given.horizon * (1 - 1e-9);
+  if (fails && stride > 1) return runOf(of);
+  return { of, label: labelOf(of), signals, trajectory, stride, end, fails, thinned: new Map() };
 }
 
-// its columns by signal, of every so many rows, and of more of them where the transient is
+// its columns by signal, of every so many rows, and of more of them where the transient is; rows are those of single steps
 function columnsOf(run, every) {
   if (!run.thinned.has(every)) run.thinned.set(every, thin(run, every));
   return run.thinned.get(every);
 }
 
-function thin({ of, signals, trajectory }, every) {
+function thin({ of, signals, trajectory, stride }, every) {
   const transient = TRANSIENT * given.horizon / trajectory[1].t;
-  const closer = 2 * Math.max(1, Math.round(every / 6));
+  const closer = Math.min(every, 2 * STRIDE * Math.max(1, Math.round(every / 12)));
   const rows = [];
-  for (let row = 0; row < trajectory.length; row += row < transient ? closer : every) rows.push(row);
+  for (let row = 0; row < trajectory.length; row += (row < transient ? closer : every) / stride) rows.push(row);
+  const rest = trajectory.length - 1 - rows.at(-1);
+  if (rest > 0 && rest % 2 === 0) rows.push(trajectory.length - 1); // the end too, with a row in the middle before it
   const point = (row) => ({ row, sample: trajectory[row], t: trajectory[row].t, ...signals(trajectory[row]) });
   const at = rows.map(point);
   const between = rows.slice(1).map((row, i) => signals(trajectory[(row + rows[i]) / 2]).V_dot);
@@ -81,9 +86,9 @@ function thin({ of, signals, trajectory }, every) {
   return { ...columns, at };
 }
 
-// so many rows that there are about POINTS of them
-function spacing({ trajectory }) {
-  return 2 * Math.max(1, Math.ceil((trajectory.length - 1) / POINTS / 2));
+// so many rows that there are about POINTS of them, and a row in the middle between two
+function spacing({ trajectory, stride }) {
+  return 2 * STRIDE * Math.max(1, Math.ceil((trajectory.length - 1) * stride / POINTS / 2 / STRIDE));
 }
 
 const drawnRun = (run) => ({ ...run, every: spacing(run), ...columnsOf(run, spacing(run)) });
@@ -297,13 +302,15 @@ function change(to) {
   update();
 }
 
+// first what is measured and drawn, then what is written: the other way round the page would be laid out twice
 function update() {
-  now = drawnRun(runOf(setting));
+  const seen = [...panels.keys(), ...planes].filter((figure) => !dragging || onScreen(figure));
+  now = drawnRun(runOf(setting, dragging ? STRIDE : 1));
   if (!dragging) settle();
+  for (const figure of seen) if (panels.has(figure)) refresh(figure, panels.get(figure));
+  for (const figure of seen) if (!panels.has(figure)) drawPlane(figure);
   playground.querySelector(".outcome").textContent = tell(now);
-  for (const slider of sliders) showSlider(slider);
-  for (const [figure, chart] of panels) if (!dragging || onScreen(figure)) refresh(figure, chart);
-  for (const figure of planes) if (!dragging || onScreen(figure)) drawPlane(figure);
+  for (const slider of dragging ? [moved] : sliders) showSlider(slider);
   if (!dragging) showSetting();
 }
 
@@ -368,16 +375,17 @@ function showRuns() {
 }
 
 let waiting = false;
+let moved = null; // the slider
 form.addEventListener("input", ({ target }) => {
   if (target.type === "radio") {
     change(settingOf({ ...setting, mistake: target.value }));
     return;
   }
   const value = target.dataset.logarithmic === undefined ? Number(target.value) : 10 ** Number(target.value);
-  const moved = { ...setting, constants: { ...setting.constants, [target.name]: Number(value.toPrecision(3)) } };
   if (!dragging) before = now;
   dragging = true;
-  setting = moved;
+  moved = target;
+  setting = { ...setting, constants: { ...setting.constants, [target.name]: Number(value.toPrecision(3)) } };
   if (waiting) return;
   waiting = true;
   requestAnimationFrame(() => {

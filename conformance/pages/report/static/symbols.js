@@ -18,11 +18,15 @@ function light(name, at) {
   meaning.style.top = `${bottom + height + 12 > innerHeight ? top - height - 8 : bottom + 8}px`;
 }
 
-const symbolAt = (event) => event.target.closest?.("[data-symbol]");
+// the symbol at the pointer or the focus; at the upright axis of a chart the first of its caption
+function symbolAt({ target }) {
+  const figure = target.closest?.(".u-axis:last-child")?.closest("figure");
+  return figure?.querySelector("figcaption [data-symbol]") ?? target.closest?.("[data-symbol]");
+}
 for (const event of ["pointerover", "focusin"]) {
   document.addEventListener(event, (happened) => {
     const place = symbolAt(happened);
-    light(place?.dataset.symbol, place);
+    light(place?.dataset.symbol, happened.target);
   });
 }
 document.addEventListener("keydown", (event) => {
