@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The programs side by side, statement by statement: each in every language on one row, under its equation."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
@@ -90,7 +91,8 @@ def _rows(
             if (code := matched[i]) is not None
         }
         if isinstance(s, Parameter):
-            unit = rf"\ \text{{{s.unit}}}" if s.unit else ""
+            words = re.sub(r"\^(-?\d+)", r"$^{\1}$", s.unit)  # s^2 as text
+            unit = rf"\ \text{{{words}}}" if words else ""
             equation = f"{notation.name(s.name)} = {notation.expression(number(s.value))}{unit}"
             yield Row(s.name, s.tag, s.wording, "", equation, cells)
         else:

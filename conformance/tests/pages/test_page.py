@@ -232,6 +232,15 @@ def test_equations_of_the_rows_are_the_statements_of_the_programs(rows: list[Row
     assert all(sp.nsimplify(sp.expand(a.rhs - b.rhs)) == 0 for a, b in zip(shown, wanted, strict=True))
 
 
+@pytest.mark.parametrize("plant", ["motor_arm", "ship_course"])  # with units such as s^2
+def test_constants_can_be_set_with_their_units(plant: str) -> None:
+    experiment = read_experiment(ROOT / "plants" / f"{plant}.toml")
+    shown = parts(experiment, Notation(derivation(experiment)), ())
+    equations = [row.equation for part in shown for _, some in part.groups for row in some]
+    assert any(r"\text" in equation and "$^{2}$" in equation for equation in equations)
+    assert len(typeset([(equation, "block") for equation in equations])) == len(equations)
+
+
 def test_code_of_a_row_is_the_programs(rows: list[Row]) -> None:
     for port in PORTS.values():
         cells = [unescape(re.sub("<[^>]*>", "", row.cells[port.name])).rstrip("\n") for row in rows]
