@@ -6,7 +6,7 @@ const exercises = JSON.parse(document.getElementById("exercise-data").textConten
 
 function drawExercise(details) {
   const curves = exercises[details.dataset.exercise];
-  const t = times.filter((_, i) => i % 2 === 0).map((time) => time / data.horizon * curves.seconds); // every other of the curves above
+  const t = grid.filter((_, i) => i % 2 === 0).map((time) => time / data.horizon * curves.seconds); // every other of the curves above
   const charts = [];
   const zoomed = (from, to) => charts.forEach((chart) => chart.setScale("x", { min: from, max: to }));
   for (const figure of all(".chart", details)) {
