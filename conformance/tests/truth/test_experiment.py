@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -175,6 +176,19 @@ def test_what_is_forged_is_proven_again(forge: Callable[[Exact], Exact], kept: P
     assert kept.read_bytes() != whole
     read_again()
     assert kept.read_bytes() == whole
+
+
+def test_two_threads_prove_as_one_does(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The precision of ball arithmetic, and the length of its series, are the process's."""
+    several = [with_values(SHORT, {"gamma": Fraction(gamma)}) for gamma in (2, 4)]
+    tables = []
+    for threads in (1, 2):
+        monkeypatch.setattr("conformance.truth.exact.KEPT", tmp_path / str(threads))
+        exact.cache_clear()
+        with ThreadPoolExecutor(threads) as executor:
+            tables.append([(one.table.polynomial, one.gains.field) for one in executor.map(exact, several)])
+    for alone, beside in zip(*tables, strict=True):
+        assert all(np.array_equal(a, b) for a, b in zip(alone, beside, strict=True))
 
 
 def test_nothing_that_is_kept_is_executed(kept: Path) -> None:
