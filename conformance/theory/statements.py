@@ -559,6 +559,11 @@ def _derivatives(experiment: Experiment, count: int) -> list[Expression]:
     return found
 
 
+def cited(tag: str) -> str:
+    """The section of the lesson that a tag names, or "" where the numbers are the experiment's own."""
+    return "" if tag == OWN else tag
+
+
 def _counted(which: str, count: int) -> str:
     """The last term, or how many of the last."""
     return f"the {which}term" if count == 1 else f"the {which}{count} terms"

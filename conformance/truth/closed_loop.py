@@ -9,7 +9,7 @@ from typing import Any
 
 from numpy import cos, sin
 
-FAMILY = "92ab25e2039cc38a1ccdb575df0f0959789add73132117a5599a8eb23b3ba449"
+FAMILY = "5ffef276542628d72a99638cd119adee24cb26b5efd335f223a1fc46cd482fdf"
 PARAMETERS = ("theta", "k1", "k2", "gamma", "amplitude", "omega")
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from conformance.theory.derivation import Derivation, Equation, latex, symbols
 from conformance.theory.experiments import INPUT, Experiment
 from conformance.theory.expressions import Expression
-from conformance.theory.statements import OWN, REFERENCE, parameters_of, recursion_of, statements_of
+from conformance.theory.statements import REFERENCE, cited, parameters_of, recursion_of, statements_of
 
 EXPONENT = r"(\\htmlData\{symbol=\w+\}\{(?:[^{}]|\{[^{}]*\})*)\}(\^\{\d+\})"
 
@@ -107,5 +107,4 @@ def _meanings(e: Experiment) -> Iterator[tuple[str, str, str, bool]]:
     for name, (tag, wording) in recursion_of(e).chain.notes.items():
         yield name, wording, tag, False  # with those that are written where they are used
     for name, _, tag, wording, _ in parameters_of(e):
-        section = "" if tag == OWN else tag
-        yield name.removesuffix("_true"), wording, section, re.fullmatch(r"(k|gamma)\d*", name) is not None
+        yield name.removesuffix("_true"), wording, cited(tag), re.fullmatch(r"(k|gamma)\d*", name) is not None

@@ -29,7 +29,7 @@ def ways(
 ) -> Iterator[Way]:
     """The ways into the page of an experiment; `shown` are the ports whose code it shows, `languages` those of all."""
     statements = {s.name: s.wording for s in statements_of(e)}
-    row = next((name for name in reversed(statements) if name.startswith("tau")), INPUT)
+    row = next((name for name in reversed(statements) if statements[name].startswith("tuning function")), INPUT)
     pair = sorted(shown, key=lambda port: port not in BESIDE)[:2]
     if len(pair) == 2:
         one, other = (languages[port] for port in pair)

@@ -11,6 +11,7 @@ import pytest
 from conformance.pages.report import gallery as index
 from conformance.pages.report.gallery import gallery, headline
 from conformance.pages.report.page import PAGE
+from conformance.pages.report.ways import ways
 from conformance.places import PLANTS
 from conformance.theory.experiment_file import read_experiment
 
@@ -55,3 +56,10 @@ def test_page_and_index_lead_to_each_other(report: Path) -> None:
 def test_result_that_cannot_be_read_says_nothing(text: str, tmp_path: Path) -> None:
     (tmp_path / "result.json").write_text(text)
     assert headline(tmp_path / "result.json") == "" == headline(tmp_path / "missing.json")
+
+
+def test_the_first_way_into_the_page_of_a_plant_is_its_tuning_function() -> None:
+    """And not a partial derivative of one."""
+    plant = read_experiment(PLANTS / "problem_1c.toml")
+    asked = [way.question for way in ways(plant, {"java": "Java", "matlab": "MATLAB"}, ["java", "matlab"], [], [])]
+    assert asked[0] == "How does Java write the tuning function of theta2, against MATLAB?"
