@@ -5,13 +5,13 @@ import shutil
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_UP, Context
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from conformance.atomic import write_atomically
 from conformance.judging.checks import Result
 from conformance.judging.verdict import Judgement, Verdict
 from conformance.pages.report import chromium
-from conformance.pages.report.page import write_page
+from conformance.pages.report.gallery import publish
+from conformance.pages.report.page import PAGE
 from conformance.programs.ports import ROOT, SIX, Port
 from conformance.theory.lesson import LESSON
 
@@ -40,10 +40,8 @@ def write_readme(judgement: Judgement, ports: Mapping[str, Port]) -> bool:
     write_atomically(README, with_table(text, table(judgement.verdicts)))
     shutil.copyfile(figure(ports), PICTURE)
     if browser:
-        with TemporaryDirectory() as folder:
-            page = Path(folder) / "index.html"
-            write_page(page, ports, judgement)
-            write_atomically(OF_THE_PAGE, photograph(page, browser))
+        publish(ports, judgement)
+        write_atomically(OF_THE_PAGE, photograph(PAGE, browser))
     return browser is not None
 
 
