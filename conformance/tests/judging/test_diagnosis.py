@@ -17,6 +17,8 @@ from conformance.theory.experiments import Experiment, with_values
 from conformance.theory.lesson import LESSON
 from conformance.truth.exact import exact
 
+pytestmark = pytest.mark.beyond
+
 SHORT = with_values(LESSON, {"horizon": Fraction(3)})
 EXACT = exact(SHORT)
 CONTRACT = tuple(EXACT.tolerance)

@@ -62,6 +62,7 @@ def test_written_twice_programs_are_the_same_bytes_in_any_locale(plant: str, loc
 
 
 @every_port
+@pytest.mark.beyond
 @every_plant
 def test_lines_are_short_enough_to_be_read(plant: str, any_port: Port) -> None:
     ends = ('", "Input"],', '", "Text"],', '", "Title"],')  # of the notebook's file, which its reader does not see
@@ -71,6 +72,7 @@ def test_lines_are_short_enough_to_be_read(plant: str, any_port: Port) -> None:
 
 
 @every_port
+@pytest.mark.beyond
 @every_plant
 def test_a_long_statement_goes_on_with_an_operator_below_an_operand(plant: str, any_port: Port) -> None:
     assert misplaced(any_port, written(plant, any_port.name)) == []
@@ -135,6 +137,7 @@ def test_names_that_a_language_reserves_are_respelled_and_read_back(any_port: Po
 
 
 @every_port
+@pytest.mark.beyond
 @every_plant
 def test_every_statement_is_written_once_and_means_what_it_says(plant: str, any_port: Port) -> None:
     of = experiment(plant)
@@ -149,6 +152,7 @@ def worth(s: Statement, values: dict[str, complex]) -> complex:
 
 
 @every_port
+@pytest.mark.beyond
 @every_plant
 def test_the_head_says_where_the_numbers_are_from(plant: str, any_port: Port) -> None:
     """Tags are sections of the lesson; numbers that stand in none have (0), which the head explains by the source."""

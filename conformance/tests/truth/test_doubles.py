@@ -15,6 +15,8 @@ from conformance.tests.truth.problems import CLOSED, Closed, R, t, x, y
 from conformance.truth.taylor import precision
 from conformance.truth.truth import Enclosure, InitialValueProblem, enclose
 
+pytestmark = pytest.mark.beyond
+
 TIMES = 10_000
 
 
