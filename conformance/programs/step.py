@@ -72,7 +72,7 @@ def missed(rows: Sequence[State]) -> float:
         for _ in range(6):
             differences = tuple(b - a for a, b in pairwise(differences))
         sizes = (abs(d) / scale / 46080 for d in differences)
-        worst = max(worst, *(size if math.isfinite(size) else math.inf for size in sizes), 0.0)
+        worst = max([worst, *(size if math.isfinite(size) else math.inf for size in sizes)])
     return worst
 
 

@@ -97,7 +97,7 @@ def write_programs(experiment: Experiment, ports: Iterable[Port], folder: Path, 
     for path, text in texts.items():
         if not path.exists() or path in edited:
             write_atomically(path, text)
-    return [folder / next(iter(files_of(experiment, port))) for port in asked]
+    return [folder / port.folder.name / file_name(port, experiment.name) for port in asked]
 
 
 @functools.lru_cache(64)

@@ -12,7 +12,6 @@ import functools
 import hashlib
 import io
 import math
-import threading
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
@@ -32,7 +31,6 @@ from conformance.truth.setting import Setting, setting_of
 if TYPE_CHECKING:
     from conformance.truth.enclosure import Progress
 
-BALLS = threading.RLock()  # the precision of ball arithmetic is the process's, not a thread's
 KEPT = proofs()
 CONTRACT = 1e-6  # the tolerance, of each state's size
 TARGET = 1e-18  # radius of the proof
@@ -202,8 +200,7 @@ def exact(experiment: Experiment, target: float = TARGET, progress: Progress | N
         found = unpacked(experiment, payload)
         if found is not None and believable(found):
             return found
-    with BALLS:
-        payload = prove(experiment, target, progress)
+    payload = prove(experiment, target, progress)
     cache.write(path, key, payload)
     found = unpacked(experiment, payload)
     assert found is not None
@@ -218,8 +215,7 @@ def functions_of(experiment: Experiment) -> Functions:
     from conformance.truth.experiment import family  # which needs SymPy
     from conformance.truth.functions import derived
 
-    with BALLS:
-        return derived(family(experiment))
+    return derived(family(experiment))
 
 
 def digest_of_family(experiment: Experiment) -> str:

@@ -31,7 +31,7 @@ from conformance.truth.exact import Gains, Sensitivity
 from conformance.truth.piecewise import Floats
 from conformance.truth.tails import NoEnclosure, Tails
 from conformance.truth.taylor import coefficients, compile_program, variational, with_rates
-from conformance.truth.truth import Enclosure
+from conformance.truth.truth import ONE_AT_A_TIME, Enclosure
 
 ORDER = 24  # of the polynomials
 SHARP = 1e-10  # by which they may miss Y
@@ -61,7 +61,7 @@ def sensitivity(loop: ClosedLoop, numbers: Numbers, enclosed: Enclosure, tube: F
 
     tube: by how much each state may be off where the gains hold. Raises ProofEnded where there are none.
     """
-    with series(BITS):
+    with ONE_AT_A_TIME, series(BITS):
         found = list(pieces(loop, numbers, enclosed))
         names = [*(symbol.name for symbol in numbers), *(f"{name}_start" for name in enclosed.names)]
         return joined(found, names), gains(loop, numbers, found, tube)

@@ -31,7 +31,7 @@ from conformance.truth.taylor import Definition, Program, coefficients, compile_
 __all__ = ["Ball", "Enclosure", "ExactStep", "InitialValueProblem", "ProofEnded", "enclose"]
 
 SMALLEST, LARGEST = 1e-100, 1e100  # of targets and numbers: bounds are doubles
-ONE_AT_A_TIME = threading.Lock()
+ONE_AT_A_TIME = threading.Lock()  # proofs: the precision of ball arithmetic is the process's, not a thread's
 
 
 class ExactStep(NamedTuple):

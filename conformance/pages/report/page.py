@@ -129,7 +129,6 @@ def page(
     variants = read_variants() if lesson else {}
     play = playground(solution, variants.values(), None if lesson else experiment)
     symbols = symbols_of(experiment, notation)
-    languages = {name: port.language for name, port in ports.items()}
     environment, typesetter = environment_of(symbols, notation)
     html = environment.get_template("page.html").render(
         raw=raw(environment),

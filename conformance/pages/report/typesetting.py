@@ -37,7 +37,7 @@ class Typesetter:
         Raises ValueError where KaTeX is not installed, or refuses an equation.
         """
         styles: dict[str, str] = {}
-        styled = set(re.findall(r"\.([a-zA-Z][\w-]*)", _katex_css()))
+        styled = set(re.findall(r"\.([a-zA-Z][\w-]*)", katex_sheet()))
         equations = [with_classes(equation, styles, styled) for equation in typeset(list(self.asked))]
         whole = re.sub(MARK.format(r"(\d+)"), lambda mark: equations[int(mark[1])], html)
         sheet = "".join(f".katex .katex-html .{name}{{{style}}}" for style, name in styles.items())
@@ -94,15 +94,20 @@ def _text_faces() -> Iterator[str]:
 
 def _katex_css() -> str:
     """KaTeX's own style, with the faces that the page's equations use, embedded."""
-    dist = MODULES / "katex" / "dist"
+    faces = MODULES / "katex" / "dist" / "fonts"
 
     def face(found: re.Match[str]) -> str:
         name = re.search(r"fonts/KaTeX_([\w-]+)\.woff2", found[0])
         if name is None or name[1] not in KATEX_FACES:
             return ""
-        return re.sub("src:[^}]*", f"src:{_embedded(dist / 'fonts' / f'KaTeX_{name[1]}.woff2')}", found[0])
+        return re.sub("src:[^}]*", f"src:{_embedded(faces / f'KaTeX_{name[1]}.woff2')}", found[0])
 
-    return re.sub(r"@font-face\{[^}]*\}", face, (dist / "katex.min.css").read_text())
+    return re.sub(r"@font-face\{[^}]*\}", face, katex_sheet())
+
+
+def katex_sheet() -> str:
+    """KaTeX's own style as it comes, which asks for files of faces."""
+    return (MODULES / "katex" / "dist" / "katex.min.css").read_text()
 
 
 def _embedded(file: Path) -> str:

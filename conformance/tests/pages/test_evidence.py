@@ -27,7 +27,7 @@ def keep(build: Path, port: Port, number: int, seed: int = 7, now: bool = True, 
     state = state_of(port, depends_on(port, record(port)["engine_version"] if now else "an earlier engine"))
     folder = build / "campaign" / f"{seed}-{number}"
     folder.mkdir(parents=True, exist_ok=True)
-    whole = Outcome(port.name, folder.name, **({"status": "pass", "error": 1e-9} | outcome))  # type: ignore[arg-type]
+    whole = Outcome(port.name, folder.name, **({"status": "pass", "error": 1e-9} | outcome))
     kept = {"key": "", "title": TITLE.format(number=number, seed=seed), "state": state, "outcome": asdict(whole)}
     (folder / f"{port.name}.json").write_text(json.dumps(kept))
 

@@ -33,17 +33,4 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "Escape") light(undefined);
 });
 
-// one of the list of symbols is in the order of tabs; the arrow keys move within
-const listed = all("#symbols button");
-listed.forEach((button, i) => {
-  button.tabIndex = i === 0 ? 0 : -1;
-  button.addEventListener("keydown", (event) => {
-    const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
-    if (step === undefined) return;
-    event.preventDefault();
-    const to = listed[(i + step + listed.length) % listed.length];
-    button.tabIndex = -1;
-    to.tabIndex = 0;
-    to.focus();
-  });
-});
+oneStop(all("#symbols button"));
