@@ -6,7 +6,8 @@ function results = Chapter17_Lesson1_Simulink
 %   task      x1 follows r(t), and every signal stays bounded
 %   notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
 %             phi: regressor;  theta: unknown parameter (1/s);  thetaHat: estimate of theta;
-%             xDot: time derivative of x;  xDotKnown: what of xDot is known;
+%             xDot: time derivative of x;
+%             xDotKnown: what of xDot is known, thetaHat standing for theta;
 %             alpha1X1: partial derivative of alpha1 with respect to x1
 %   (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 %

@@ -413,19 +413,34 @@ class Recursion:
         alpha_{i-1} moves with it, by Gamma tau_n in the end, for which tau_i stands before; and the tau of earlier
         virtual controls lack w_i z_i.
         """
-        moving = [s for s, d in zip(self.experiment.estimates, self.by_estimate[i], strict=True) if d != ZERO]
+        moving = [j for j in range(self.p) if self.by_estimate[i][j] != ZERO]
+        estimates = [self.experiment.estimates[j] for j in moving]
         count = len(terms_of(lacking)) if lacking != ZERO else 0
-        last = "the last" if count == 1 else f"the last {count}"
         said = []
         if moved != ZERO:
-            which = _counted("" if count else "last ", len(terms_of(moved))) + (f" before {last}" if count else "")
-            stands = "" if i == self.n else f", with tau{i} since tau{self.n} is not known yet"
-            said.append(f"alpha{i - 1} moves with {_listed(moving)} too: hence {which}{stands}")
+            which = _last(len(terms_of(moved)))
+            if i == self.n and (count or len(moving) > 1):
+                rates = _listed([f"{e}_dot" for e in estimates]) if len(moving) < 3 else "their derivatives"
+                which = f"the term{'s' if len(moving) > 1 else ''} with {rates}"
+            elif count:
+                which = _last(len(terms_of(moved)), before=count)
+            stands = ""
+            if i < self.n:
+                late = self.components("tau", self.n, moving) + (" is" if len(moving) == 1 else " are")
+                stands = f", with {self.components('tau', i, moving)} since {late} not known yet"
+            said.append(f"alpha{i - 1} moves with {_listed(estimates)} too: hence {which}{stands}")
         if count:
-            earlier = "tau2 lacks" if i == 3 else f"{_listed([f'tau{j}' for j in range(2, i)])} lack"
-            said.append(f"{last} {'makes' if count == 1 else 'make'} up for w{i} z{i}, which {earlier}")
+            moving = [a for a in range(self.p) if any(self.by_estimate[j][a] != ZERO for j in range(2, i))]
+            added = " and ".join(f"{self.names.component('w', i, a + 1)} z{i}" for a in moving)
+            earlier = " and ".join(self.components("tau", j, moving) for j in range(2, i))
+            lack = "lacks" if i == 3 and len(moving) == 1 else "lack"
+            said.append(f"{_last(count, 'makes', 'make')} up for {added}, which {earlier} {lack}")
         if said:
             self.chain.remarks[name] = "; ".join(said)
+
+    def components(self, name: str, i: int, which: Sequence[int]) -> str:
+        """Components of w_i or tau_i, from 0, as a sentence lists them."""
+        return _listed([self.names.component(name, i, j + 1) for j in which])
 
     def estimated(self, i: int) -> list[Expression]:
         """The terms of theta_hat' phi_i."""
@@ -564,9 +579,11 @@ def cited(tag: str) -> str:
     return "" if tag == OWN else tag
 
 
-def _counted(which: str, count: int) -> str:
-    """The last term, or how many of the last."""
-    return f"the {which}term" if count == 1 else f"the {which}{count} terms"
+def _last(count: int, one: str = "term", many: str = "terms", before: int = 0) -> str:
+    """The last term, or how many of the last; or those before them."""
+    if before:
+        return ("the term" if count == 1 else f"the {count} terms") + " before the last" + f" {before}" * (before > 1)
+    return f"the last {one}" if count == 1 else f"the last {count} {many}"
 
 
 def _by(names: Sequence[str]) -> str:

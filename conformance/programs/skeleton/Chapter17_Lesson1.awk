@@ -6,7 +6,8 @@
 #     task      x1 follows r(t), and every signal stays bounded
 #     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
 #               phi: regressor;  theta: unknown parameter (1/s);  theta_hat: estimate of theta;
-#               x_dot: time derivative of x;  x_dot_known: what of x_dot is known;
+#               x_dot: time derivative of x;
+#               x_dot_known: what of x_dot is known, theta_hat standing for theta;
 #               alpha1_x1: partial derivative of alpha1 with respect to x1
 #     (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 #

@@ -126,12 +126,16 @@ def test_problem_1c_is_short_enough_to_be_read() -> None:
 
 def test_remarks_tell_terms_of_a_moving_estimate_from_those_that_earlier_tau_lack() -> None:
     remarks = {s.name: s.remark for s in controller(experiment("problem_1c"))}
-    assert remarks["alpha2"].endswith("hence the last term, with tau2 since tau3 is not known yet")
-    assert remarks["u"].endswith("the 2 terms before the last; the last makes up for w3 z3, which tau2 lacks")
+    assert remarks["alpha2"].endswith("hence the last term, with tau2_1 since tau3_1 is not known yet")
+    assert remarks["u"].endswith("hence the terms with theta1_hat_dot and theta2_hat_dot; the last makes up for w3_1 "
+                                 "z3, which tau2_1 lacks")  # fmt: skip
     remarks = {s.name: s.remark for s in controller(experiment("chain_4"))}
     assert remarks["alpha3"].endswith("hence the term before the last, with tau3 since tau4 is not known yet; the last "
                                       "makes up for w3 z3, which tau2 lacks")  # fmt: skip
-    assert remarks["u"].endswith("the term before the last 2; the last 2 make up for w4 z4, which tau2 and tau3 lack")
+    assert remarks["u"].endswith("hence the term with theta_hat_dot; the last 2 make up for w4 z4, which tau2 and tau3 "
+                                 "lack")  # fmt: skip
+    remarks = {s.name: s.remark for s in controller(experiment("ship_course"))}
+    assert remarks["u"].endswith("d_hat, n1_hat and n3_hat too: hence the terms with their derivatives")
 
 
 def test_remarks_tell_where_each_of_three_steps_or_more_begins() -> None:
