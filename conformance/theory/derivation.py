@@ -345,7 +345,7 @@ def letter(name: str) -> str:
             head = f"\\{mark}{{{head}}}"
         else:
             head = f"{head}^{{({len(mark) - 2})}}"
-    subscript = ",".join(part if part.isdecimal() or len(part) == 1 else f"\\mathrm{{{part}}}" for part in index)
+    subscript = ",".join(part if part.isdecimal() or len(part) == 1 else f"\\text{{{part}}}" for part in index)
     return f"{head}_{{{subscript}}}" if subscript else head
 
 

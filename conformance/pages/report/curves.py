@@ -18,7 +18,7 @@ from conformance.theory.derivation import GREEK, letter
 from conformance.theory.experiments import Experiment
 from conformance.truth.exact import CONTRACT, Exact
 
-GRID = np.concatenate([np.linspace(0, 0.2, 400, endpoint=False), np.linspace(0.2, 1, 601)])  # shares of the horizon
+GRID = np.concatenate([np.linspace(0, 0.2, 200, endpoint=False), np.linspace(0.2, 1, 301)])  # shares of the horizon
 SPANS = np.concatenate([np.linspace(0, 0.2, 20, endpoint=False), np.linspace(0.2, 1, 33)])  # likewise, between errors
 
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")

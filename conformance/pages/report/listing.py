@@ -41,18 +41,24 @@ def listing(text: str, lines: Iterable[Markup]) -> Markup:
     filled = [i for i, line in enumerate(plain) if line.strip()]
     common = min((indents[i] for i in filled), default=0)
     html = Markup("").join(
-        Markup('<span class="line" style="--indent:{}">{}\n</span>').format(indents[i], line)
+        Markup('<span class="line"{}>{}\n</span>').format(_columns("indent", indents[i]), line)
         if filled and filled[0] <= i <= filled[-1]
         else Markup('<span class="blank">\n</span>')
         for i, line in enumerate(lines)
     )
-    return Markup('<pre class="code" style="--common:{}"><code>{}</code></pre>').format(common, html)
+    return Markup('<pre class="code"{}><code>{}</code></pre>').format(_columns("common", common), html)
+
+
+def _columns(name: str, count: int) -> Markup:
+    """A style that tells a count of columns, if there are any."""
+    return Markup(' style="--{}:{}"').format(name, count) if count else Markup("")
 
 
 def highlighted_lines(text: str, file: str, names: Mapping[str, str] = NO_NAMES) -> Iterator[Markup]:
     """The lines of a text as HTML without their ends, in the colours of the language that the file's name tells.
 
-    `names` are the common names of symbols by the program's: each is marked where it stands in code.
+    `names` are the common names of symbols by the program's: each is marked where it stands in code, and told where
+    the program spells it otherwise.
     """
     line = Markup("")
     for kind, value in lex(text, lexer(file)):
@@ -64,7 +70,8 @@ def highlighted_lines(text: str, file: str, names: Mapping[str, str] = NO_NAMES)
             elif kind in Token.Comment:
                 line += Markup('<span class="{}">{}</span>').format(name, with_sections(part))
             elif part in names:
-                line += Markup('<span data-symbol="{}">{}</span>').format(names[part], part)
+                told = Markup(' data-symbol="{}"').format(names[part]) if names[part] != part else ""
+                line += Markup("<var{}>{}</var>").format(told, part)
             elif name in PLAIN:
                 line += Markup.escape(part)
             else:

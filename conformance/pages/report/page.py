@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The page put together: what the results say, as one HTML file."""
 
-import base64
 import json
 import re
 import subprocess
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
@@ -63,6 +63,7 @@ from conformance.truth.exact import Exact, exact
 
 HERE = Path(__file__).parent
 COLOURS = 8  # in frame.css
+PLAIN = " !$()*+,/:;=?@[\\]^`{|}~"  # signs that need no escape in the data of an address
 PAGE = ROOT / "build" / "report" / "index.html"
 
 
@@ -305,7 +306,7 @@ def program(port: Port, verdict: Verdict, colour: int, shown_parts: Sequence[Par
         code={part.key: part.whole[port.name] for part in shown_parts if port.name in part.whole},
         diagram=diagram(port),
         file=port.source,
-        address=f"data:text/plain;charset=utf-8;base64,{base64.b64encode(source(port).encode()).decode()}",
+        address=data_address("text/plain;charset=utf-8", source(port)),
     )
 
 
@@ -321,7 +322,12 @@ def licence(port: Port, run: Mapping[str, Any] | None) -> str:
 def diagram(port: Port) -> str:
     """The block diagram that the port left, as an address that holds its data; "" where there is none."""
     path = next(iter(sorted(port.build.glob("*.svg"))), None)
-    return f"data:image/svg+xml;base64,{base64.b64encode(path.read_bytes()).decode()}" if path else ""
+    return data_address("image/svg+xml", path.read_text(encoding="utf-8")) if path else ""
+
+
+def data_address(kind: str, text: str) -> str:
+    """An address that holds a text, of the given type."""
+    return f"data:{kind},{quote(text, safe=PLAIN)}"
 
 
 # ---- Data ----

@@ -5,8 +5,10 @@ import base64
 import json
 import re
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from itertools import product
 from pathlib import Path
+from string import ascii_lowercase
 
 from markupsafe import Markup
 
@@ -18,6 +20,8 @@ NODE = ROOT / ".venv" / "bin" / "node"
 SCRIPT = Path(__file__).with_name("typeset.cjs")
 KATEX_FACES = ("Main-Regular", "Math-Italic", "Size1-Regular", "Size2-Regular", "Size3-Regular", "Size4-Regular")
 FACES = {"Serif": "source-serif-4", "Sans": "inter", "Mono": "source-code-pro"}  # the Latin of each, of every weight
+FACE, CLASS = r"@font-face\{[^}]*\}", r"\.([a-zA-Z][\w-]*)"  # in a style sheet
+SPOKEN_OF = ("katex", "katex-display", "katex-html", "katex-mathml")  # classes, by the page's own style and script
 MARK = "\N{OBJECT REPLACEMENT CHARACTER}{}\N{OBJECT REPLACEMENT CHARACTER}"  # where an equation will stand
 
 
@@ -37,26 +41,34 @@ class Typesetter:
         Raises ValueError where KaTeX is not installed, or refuses an equation.
         """
         styles: dict[str, str] = {}
-        styled = set(re.findall(r"\.([a-zA-Z][\w-]*)", katex_sheet()))
-        equations = [with_classes(equation, styles, styled) for equation in typeset(list(self.asked))]
+        short = short_classes()
+        equations = [with_classes(equation, styles, short) for equation in typeset(list(self.asked))]
         whole = re.sub(MARK.format(r"(\d+)"), lambda mark: equations[int(mark[1])], html)
         sheet = "".join(f".katex .katex-html .{name}{{{style}}}" for style, name in styles.items())
         return whole.replace("</head>", f"<style>{sheet}</style>\n</head>", 1)
 
 
-def with_classes(equation: str, styles: dict[str, str], styled: set[str]) -> str:
-    """An equation with classes in the place of its styles, and without those for which no sheet has a rule.
+def with_classes(equation: str, styles: dict[str, str], short: Mapping[str, str]) -> str:
+    """An equation with classes in the place of its styles, short ones, and without those that no sheet has a rule for.
 
-    A few hundred styles and a dozen idle classes stand thousands of times on a page, and are a fifth of it.
+    A few hundred styles and names of classes stand thousands of times on a page, and are a fourth of it.
     """
 
     def named(found: re.Match[str]) -> str:
-        classes = [name for name in (found["class"] or "").split() if name in styled]
+        classes = [short[name] for name in (found["class"] or "").split() if name in short]
         if found["style"]:
             classes.append(styles.setdefault(found["style"], f"_{len(styles)}"))
         return f'<span class="{" ".join(classes)}"' if classes else "<span"
 
-    return re.sub(r'<span(?: class="(?P<class>[^"]*)")?(?: style="(?P<style>[^"]*)")?', named, equation)
+    html = equation.replace(' xmlns="http://www.w3.org/1998/Math/MathML"', "")  # which HTML knows by itself
+    return re.sub(r'<span(?: class="(?P<class>[^"]*)")?(?: style="(?P<style>[^"]*)")?', named, html)
+
+
+def short_classes() -> dict[str, str]:
+    """The page's name for each class of KaTeX's style: _a, _b, .. but for those that the page itself speaks of."""
+    names = dict.fromkeys(re.findall(CLASS, re.sub(FACE, "", katex_sheet())))
+    letters = (f"_{''.join(word)}" for length in (1, 2) for word in product(ascii_lowercase, repeat=length))
+    return {name: name if name in SPOKEN_OF else next(letters) for name in names}
 
 
 def typeset(equations: list[tuple[str, str]]) -> list[str]:
@@ -102,7 +114,8 @@ def _katex_css() -> str:
             return ""
         return re.sub("src:[^}]*", f"src:{_embedded(faces / f'KaTeX_{name[1]}.woff2')}", found[0])
 
-    return re.sub(r"@font-face\{[^}]*\}", face, katex_sheet())
+    short = short_classes()
+    return re.sub(CLASS, lambda found: f".{short[found[1]]}", re.sub(FACE, face, katex_sheet()))
 
 
 def katex_sheet() -> str:

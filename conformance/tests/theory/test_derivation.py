@@ -113,7 +113,7 @@ LETTERS = {
     "phi2_1": r"\phi_{2,1}",
     "gamma12": r"\gamma_{12}",
     "angle": r"\mathrm{angle}",
-    "alpha1_dot_known": r"\dot{\alpha}_{1,\mathrm{known}}",
+    "alpha1_dot_known": r"\dot{\alpha}_{1,\text{known}}",
 }
 
 

@@ -132,9 +132,9 @@ address.obey("compare", (asked) => {
 
 for (const button of all(".copy")) {
   button.addEventListener("click", async () => {
-    const [, data] = button.parentElement.querySelector("a").href.split(",");
-    const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
-    await navigator.clipboard.writeText(new TextDecoder().decode(bytes));
+    const { href } = button.parentElement.querySelector("a");
+    const data = href.slice(href.indexOf(",") + 1);
+    await navigator.clipboard.writeText(decodeURIComponent(data));
     button.textContent = "Copied";
     setTimeout(() => { button.textContent = "Copy"; }, 1500);
   });

@@ -2,6 +2,8 @@
 // Linked symbols: pointing at one lights it up wherever it stands, and says what it means.
 "use strict";
 
+for (const place of all("var:not([data-symbol])")) place.dataset.symbol = place.textContent;
+
 const meaning = document.getElementById("meaning");
 const meanings = new Map(all("#symbols [data-means]").map((entry) => [entry.dataset.means, entry]));
 
