@@ -86,7 +86,7 @@ function makeChart(figure, times, lines, { group, zoomed, logarithmic = false, s
              ...(logarithmic ? { splits: decades, values: powers, filter: (u, splits) => splits } : { values: (u, splits) => splits.map(tidy) }) }],
     series: [{}, ...lines.map(({ label, colour, width = 1.75, dash = [], fill, fillTo }) =>
       ({ label, stroke: colour, width, dash, fill, fillTo, points: { show: false },
-         ...(steps ? { paths: uPlot.paths.stepped({ align: 1 }) } : {}) }))],
+         ...(steps ? { paths: uPlot.paths.stepped({ align: 1 }) } : { pxAlign: 0 }) }))], // between pixels, or it has stairs
     bands,
     hooks: {
       setCursor: [(u) => {
