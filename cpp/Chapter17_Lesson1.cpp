@@ -7,7 +7,7 @@
 //     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
 //               phi: regressor;  theta: unknown parameter (1/s);  theta_hat: estimate of theta;
 //               x_dot: time derivative of x;
-//               x_dot_known: what of x_dot is known, theta_hat standing for theta;
+//               x_dot_known: x_dot with theta_hat in the place of theta, as if constant;
 //               alpha1_x1: partial derivative of alpha1 with respect to x1
 //     (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 //
@@ -31,7 +31,7 @@ namespace {
 
 // ---- Parameters ----
 
-constexpr double theta_true = 1.2;       // (15) true parameter, used by the plant alone, 1/s
+constexpr double theta_true = 1.2;       // (15) true parameter, unknown to the controller, 1/s
 constexpr double k1 = 2.0;               // (15) gain on z1, positive
 constexpr double k2 = 2.5;               // (15) gain on z2, positive
 constexpr double gamma_gain = 3.0;       // (15) adaptation gain, positive
@@ -77,12 +77,12 @@ Control controller(double t, double x1, double x2, double theta_hat) {
     const double phi = regressor(x1);
     const double z1 = x1 - r;                                  // (5) tracking error
     const double alpha1 = -k1 * z1 - theta_hat * phi + r_dot;  // (7) virtual control
-    const double z2 = x2 - alpha1;                             // (5) distance from the virtual control
+    const double z2 = x2 - alpha1;                             // (5) deviation from the virtual control
     // phi(x1) = x1 has the derivative 1
     const double alpha1_x1 = -k1 - theta_hat;             // (7) partial derivative of alpha1 by x1
     const double tau2 = phi * z1 - alpha1_x1 * phi * z2;  // (7) tuning function
     const double theta_hat_dot = gamma_gain * tau2;       // (7) update law
-    // alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place
+    // alpha1' with theta_hat in the place of theta, as if constant
     const double alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * phi) + k1 * r_dot + r_ddot;  // (7) known part
     // alpha1 moves with theta_hat too: hence the last term
     const double u = alpha1_dot_known - z1 - k2 * z2 - phi * theta_hat_dot;  // (7) control

@@ -7,7 +7,7 @@
 //     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
 //               phi: regressor;  theta: unknown parameter (1/s);  thetaHat: estimate of theta;
 //               xDot: time derivative of x;
-//               xDotKnown: what of xDot is known, thetaHat standing for theta;
+//               xDotKnown: xDot with thetaHat in the place of theta, as if constant;
 //               alpha1X1: partial derivative of alpha1 with respect to x1
 //     (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 //
@@ -28,7 +28,7 @@ public final class Chapter17_Lesson1 {
 
     // ---- Parameters ----
 
-    static final double THETA_TRUE = 1.2;       // (15) true parameter, used by the plant alone, 1/s
+    static final double THETA_TRUE = 1.2;       // (15) true parameter, unknown to the controller, 1/s
     static final double K1 = 2.0;               // (15) gain on z1, positive
     static final double K2 = 2.5;               // (15) gain on z2, positive
     static final double GAMMA = 3.0;            // (15) adaptation gain, positive
@@ -70,12 +70,12 @@ public final class Chapter17_Lesson1 {
         final double phi = regressor(x1);
         final double z1 = x1 - r;                                // (5) tracking error
         final double alpha1 = -K1 * z1 - thetaHat * phi + rDot;  // (7) virtual control
-        final double z2 = x2 - alpha1;                           // (5) distance from the virtual control
+        final double z2 = x2 - alpha1;                           // (5) deviation from the virtual control
         // phi(x1) = x1 has the derivative 1
         final double alpha1X1 = -K1 - thetaHat;              // (7) partial derivative of alpha1 by x1
         final double tau2 = phi * z1 - alpha1X1 * phi * z2;  // (7) tuning function
         final double thetaHatDot = GAMMA * tau2;             // (7) update law
-        // alpha1' contains theta, by x1': this is what is left of it with thetaHat in theta's place
+        // alpha1' with thetaHat in the place of theta, as if constant
         final double alpha1DotKnown = alpha1X1 * (x2 + thetaHat * phi) + K1 * rDot + rDDot;  // (7) known part
         // alpha1 moves with thetaHat too: hence the last term
         final double u = alpha1DotKnown - z1 - K2 * z2 - phi * thetaHatDot;  // (7) control

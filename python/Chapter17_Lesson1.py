@@ -6,7 +6,7 @@
     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
               phi: regressor;  theta: unknown parameter (1/s);  theta_hat: estimate of theta;
               x_dot: time derivative of x;
-              x_dot_known: what of x_dot is known, theta_hat standing for theta;
+              x_dot_known: x_dot with theta_hat in the place of theta, as if constant;
               alpha1_x1: partial derivative of alpha1 with respect to x1
     (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 
@@ -29,7 +29,7 @@ Signal = TypeVar("Signal", float, Log)
 
 # ---- Parameters ----
 
-THETA_TRUE = 1.2  # (15) true parameter, used by the plant alone, 1/s
+THETA_TRUE = 1.2  # (15) true parameter, unknown to the controller, 1/s
 K1 = 2.0  # (15) gain on z1, positive
 K2 = 2.5  # (15) gain on z2, positive
 GAMMA = 3.0  # (15) adaptation gain, positive
@@ -75,12 +75,12 @@ def controller(t: float, x1: float, x2: float, theta_hat: float) -> tuple[float,
     phi = regressor(x1)
     z1 = x1 - r  # (5) tracking error
     alpha1 = -K1 * z1 - theta_hat * phi + r_dot  # (7) virtual control
-    z2 = x2 - alpha1  # (5) distance from the virtual control
+    z2 = x2 - alpha1  # (5) deviation from the virtual control
     # phi(x1) = x1 has the derivative 1
     alpha1_x1 = -K1 - theta_hat  # (7) partial derivative of alpha1 by x1
     tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function
     theta_hat_dot = GAMMA * tau2  # (7) update law
-    # alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place
+    # alpha1' with theta_hat in the place of theta, as if constant
     alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * phi) + K1 * r_dot + r_ddot  # (7) known part
     # alpha1 moves with theta_hat too: hence the last term
     u = alpha1_dot_known - z1 - K2 * z2 - phi * theta_hat_dot  # (7) control

@@ -398,18 +398,18 @@ class Program:
             yield list(e.estimates), f"estimate{'s' if len(unknown) > 1 else ''} of {which}"
         yield ["x_dot"], "time derivative of x"
         if any(name.endswith("_dot_known") for name in wording):
-            put = ", the estimates standing for the parameters"
-            if len(e.unknown) < 2:
-                put = "".join(f", {self.spelling.name(q.estimate)} standing for {self.word(q.name)}" for q in e.unknown)
-            yield ["x_dot_known"], f"what of {self.spelling.name('x_dot')} is known{put}"
+            put = ("the estimates", "the parameters")
+            if len(e.unknown) == 1:
+                put = (self.spelling.name(e.unknown[0].estimate), self.word(e.unknown[0].name))
+            estimated = " with {} in the place of {}, as if constant".format(*put) if e.unknown else ""
+            yield ["x_dot_known"], self.spelling.name("x_dot") + estimated
+        if any(re.search(r" by r(_|\b)", words) for words in wording.values()):
+            yield ["partial derivatives"], "with states, estimates, r and its derivatives as variables"
         for order in ("", "second ", "third "):
             found = {name: w for name, w in wording.items() if w.startswith(f"{order}partial derivative of")}
             shown = next((name for name in found if name.startswith("alpha")), next(iter(found), None))
             if shown:
-                words = found[shown].replace(" by ", " with respect to ")
-                by_r = not order and any(re.search(r" by r(_|\b)", w) for w in found.values())
-                held = ", all else held" if by_r else ""
-                yield [shown], self.spelling.prose(words + held)
+                yield [shown], self.spelling.prose(found[shown].replace(" by ", " with respect to "))
 
 
 def several(names: Sequence[str], last: str = ", ") -> str:

@@ -161,7 +161,7 @@ def parameters_of(experiment: Experiment) -> tuple[Parameter, ...]:
     entries = [[experiment.gamma(i, j) for j in size] for i in size]
     for parameter in experiment.unknown:
         which = "parameter" if len(experiment.unknown) == 1 else parameter.name
-        put(f"{parameter.name}_true", parameter.true, f"true {which}, used by the plant alone", unit(parameter.name))
+        put(f"{parameter.name}_true", parameter.true, f"true {which}, unknown to the controller", unit(parameter.name))
     for i, gain in enumerate(experiment.k, 1):
         put(f"k{i}", gain, f"gain on z{i}, positive")
     for name, gain in experiment.gammas.items():
@@ -369,7 +369,7 @@ class Recursion:
     def step(self, i: int) -> None:
         """Step i of the recursion: z_i, w_i, tau_i, the known part of alpha_{i-1}', and alpha_i, which is u at last."""
         let, last = self.chain.let, i == self.n
-        wording = "tracking error" if i == 1 else "distance from the virtual control"
+        wording = "tracking error" if i == 1 else "deviation from the virtual control"
         self.z.append(let(f"z{i}", add(self.x[i], negative(self.alpha[i - 1])), "(5)", wording, keep=True))
         by_state = self.chain.gradient(self.alpha[i - 1], self.experiment.states[: i - 1], keep=True)
         self.remark_on_slopes(i)
@@ -426,15 +426,16 @@ class Recursion:
                 which = _last(len(terms_of(moved)), before=count)
             stands = ""
             if i < self.n:
-                late = self.components("tau", self.n, moving) + (" is" if len(moving) == 1 else " are")
-                stands = f", with {self.components('tau', i, moving)} since {late} not known yet"
+                late = self.components("tau", self.n, moving) + (" needs" if len(moving) == 1 else " need")
+                stands = f", with {self.components('tau', i, moving)} since {late} alpha{i} itself"
             said.append(f"alpha{i - 1} moves with {_listed(estimates)} too: hence {which}{stands}")
         if count:
             moving = [a for a in range(self.p) if any(self.by_estimate[j][a] != ZERO for j in range(2, i))]
             added = " and ".join(f"{self.names.component('w', i, a + 1)} z{i}" for a in moving)
             earlier = " and ".join(self.components("tau", j, moving) for j in range(2, i))
             lack = "lacks" if i == 3 and len(moving) == 1 else "lack"
-            said.append(f"{_last(count, 'makes', 'make')} up for {added}, which {earlier} {lack}")
+            last = f"{_last(count)} of {name} make{'s' if count == 1 else ''}"
+            said.append(f"{last} up for {added}, which {earlier} {lack}")
         if said:
             self.chain.remarks[name] = "; ".join(said)
 
@@ -462,8 +463,8 @@ class Recursion:
         """theta_hat' = Gamma tau_n; (8)."""
         rates = self.adapted(self.tau[self.n])
         return [
-            self.chain.let(f"{name}_dot", rate, self.tag, self.of("update law", j), keep=True)
-            for j, (name, rate) in enumerate(zip(self.experiment.estimates, rates, strict=True))
+            self.chain.let(f"{name}_dot", rate, self.tag, "update law" + f" of {name}" * (self.p > 1), keep=True)
+            for name, rate in zip(self.experiment.estimates, rates, strict=True)
         ]
 
     def of(self, wording: str, j: int) -> str:
@@ -495,13 +496,10 @@ class Recursion:
         slopes = self.chain.gradient(self.alpha[i - 1], [name for name, _ in varying], keep=True)
         terms += [product(d, rate) for d, (_, rate) in zip(slopes, varying, strict=True)]
         name = f"alpha{i - 1}"
-        if i == 2 and self.in_row(1):
-            first, parameters = self.experiment.states[0], ", ".join(p.name for p in self.in_row(1))
-            estimates = ", ".join(p.estimate for p in self.in_row(1))
-            self.chain.remarks[f"{name}_dot_known"] = (
-                f"{name}' contains {parameters}, by {first}': this is what is left of it with {estimates} in "
-                f"{_genitive(parameters)} place"
-            )
+        if placed := [p for p in self.experiment.unknown if any(p in self.in_row(j) for j in range(1, i))]:
+            parameters, estimates = _listed([p.name for p in placed]), _listed([p.estimate for p in placed])
+            remark = f"{name}' with {estimates} in the place of {parameters}, as if constant"
+            self.chain.remarks[f"{name}_dot_known"] = remark
         return self.chain.let(f"{name}_dot_known", add(*terms), self.tag, "known part", keep=True)
 
     def row_estimate(self, j: int) -> Expression:
@@ -579,11 +577,11 @@ def cited(tag: str) -> str:
     return "" if tag == OWN else tag
 
 
-def _last(count: int, one: str = "term", many: str = "terms", before: int = 0) -> str:
+def _last(count: int, before: int = 0) -> str:
     """The last term, or how many of the last; or those before them."""
     if before:
         return ("the term" if count == 1 else f"the {count} terms") + " before the last" + f" {before}" * (before > 1)
-    return f"the last {one}" if count == 1 else f"the last {count} {many}"
+    return "the last term" if count == 1 else f"the last {count} terms"
 
 
 def _by(names: Sequence[str]) -> str:
@@ -596,10 +594,6 @@ def _by(names: Sequence[str]) -> str:
 def _listed(words: Sequence[str]) -> str:
     """Words as a sentence lists them."""
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
-
-
-def _genitive(names: str) -> str:
-    return f"{names}'s" if "," not in names else "their"
 
 
 def _too_large(count: str) -> str:

@@ -200,11 +200,11 @@ def together(names: Sequence[str]) -> str:
 
 def coincide(a: Array, b: Array, logarithmic: bool) -> bool:
     """Whether two curves are drawn as one: everywhere by a factor near 1, or by little of the largest value."""
-    known = np.isfinite(a) & np.isfinite(b)
-    a, b = a[known], b[known]
+    shown = np.isfinite(a) & np.isfinite(b)
     if logarithmic:
-        return bool(np.all(np.maximum(a, b) <= CLOSE * np.minimum(a, b)))
-    return bool(np.all(np.abs(a - b) <= SAME * np.max(np.abs(a), initial=0)))
+        shown &= (a > 0) & (b > 0)
+        return bool(np.all(np.maximum(a, b)[shown] <= CLOSE * np.minimum(a, b)[shown]))
+    return bool(np.all(np.abs(a - b)[shown] <= SAME * np.max(np.abs(a[shown]), initial=0)))
 
 
 def packed(values: Mapping[str, Array]) -> dict[str, str]:

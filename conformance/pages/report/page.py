@@ -4,7 +4,7 @@
 import json
 import re
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,9 +21,11 @@ from conformance.pages.report.campaigns import campaigns
 from conformance.pages.report.curves import (
     GRID,
     SPANS,
+    Panel,
     curves,
     error_panels,
     exact_curves,
+    leaders,
     legend,
     packed,
     panels,
@@ -241,7 +243,7 @@ def trajectories(
         "pictures": pictures((*signals, *of_errors), solution, known, drawn, bounds, COLOURS),
         "keys": {p.signal: legend(drawn, p, languages, COLOURS) for p in (*signals, *of_errors)},
         "horizon": f"{solution.setting.horizon:g}",
-        "data": Markup(embedded(data(solution, known, drawn, bounds))),
+        "data": Markup(embedded(data(solution, known, drawn, bounds, (*signals, *of_errors)))),
     }
 
 
@@ -338,8 +340,12 @@ def data(
     known: Mapping[str, Array],
     drawn: Mapping[str, Mapping[str, Array]],
     bounds: Mapping[str, Mapping[str, float]],
+    charts: Iterable[Panel],
 ) -> dict[str, Any]:
-    """What the scripts draw: curves in single precision, base64, on one grid, errors by spans; tolerances by column."""
+    """What the scripts draw: curves in single precision, base64, on one grid, errors by spans; tolerances by column.
+
+    "on" says of each signal and program on whose curve its own lies.
+    """
     setting = solution.setting
     return {
         "horizon": setting.horizon,
@@ -347,6 +353,7 @@ def data(
         **packed({"grid": GRID * setting.horizon, "spans": SPANS * setting.horizon}),
         "exact": packed(known),
         "ports": {name: packed(values) for name, values in drawn.items()},
+        "on": {p.signal: {n: of for of, names in leaders(drawn, p).items() for n in names} for p in charts},
         "tolerance": bounds,
     }
 

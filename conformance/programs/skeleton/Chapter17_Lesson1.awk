@@ -7,7 +7,7 @@
 #     notation  z1, z2: error coordinates;  alpha1: virtual control;  tau2: tuning function;
 #               phi: regressor;  theta: unknown parameter (1/s);  theta_hat: estimate of theta;
 #               x_dot: time derivative of x;
-#               x_dot_known: what of x_dot is known, theta_hat standing for theta;
+#               x_dot_known: x_dot with theta_hat in the place of theta, as if constant;
 #               alpha1_x1: partial derivative of alpha1 with respect to x1
 #     (n)       section n of the lesson, A. Mohammadijoo's Chapter 17, Lesson 1
 #
@@ -16,7 +16,7 @@
 # ---- Parameters ----
 
 BEGIN {
-    theta_true = 1.2  # (15) true parameter, used by the plant alone, 1/s
+    theta_true = 1.2  # (15) true parameter, unknown to the controller, 1/s
     k1 = 2.0  # (15) gain on z1, positive
     k2 = 2.5  # (15) gain on z2, positive
     gamma = 3.0  # (15) adaptation gain, positive
@@ -46,12 +46,12 @@ function controller(t, x1, x2, theta_hat) {
     phi = x1  # (4) regressor
     z1 = x1 - r  # (5) tracking error
     alpha1 = -k1 * z1 - theta_hat * phi + r_dot  # (7) virtual control
-    z2 = x2 - alpha1  # (5) distance from the virtual control
+    z2 = x2 - alpha1  # (5) deviation from the virtual control
     # phi(x1) = x1 has the derivative 1
     alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1 by x1
     tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function
     theta_hat_dot = gamma * tau2  # (7) update law
-    # alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place
+    # alpha1' with theta_hat in the place of theta, as if constant
     alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * phi) + k1 * r_dot + r_ddot  # (7) known part
     # alpha1 moves with theta_hat too: hence the last term
     u = alpha1_dot_known - z1 - k2 * z2 - phi * theta_hat_dot  # (7) control

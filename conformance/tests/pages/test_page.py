@@ -402,6 +402,8 @@ def test_small_values_of_a_logarithmic_chart_are_told_apart() -> None:
     one, other = ({"x": np.array([1.0, small])} for small in (1e-9, 1e-8))
     found = [leaders({"a": one, "b": other}, Panel("x", "x", "x", logarithmic=log)) for log in (False, True)]
     assert [len(lines) for lines in found] == [1, 2]
+    none = {"x": np.array([1.0, 0.0])}  # which the axis cannot show
+    assert len(leaders({"a": one, "b": none}, Panel("x", "x", "x", logarithmic=True))) == 1
 
 
 def test_errors_are_drawn_in_steps_each_as_high_as_the_largest_of_its_span(port: Port) -> None:

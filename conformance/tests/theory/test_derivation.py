@@ -38,7 +38,7 @@ Step 1
 
 Step 2
 
-    z2 = x2 - alpha1                                                 (5) distance from the virtual control
+    z2 = x2 - alpha1                                                 (5) deviation from the virtual control
     alpha1_x1 = -k1 - theta_hat                                      (7) partial derivative of alpha1 by x1
     w2 = -alpha1_x1 phi                                              (7) regressor in z2'
     tau2 = phi z1 - alpha1_x1 phi z2                                 (7) tuning function

@@ -42,12 +42,12 @@ r_ddot = -amplitude * omega * omega * sin(omega * t)  # (15) its second derivati
 phi = x1  # (4) regressor
 z1 = x1 - r  # (5) tracking error
 alpha1 = -k1 * z1 - theta_hat * phi + r_dot  # (7) virtual control
-z2 = x2 - alpha1  # (5) distance from the virtual control
+z2 = x2 - alpha1  # (5) deviation from the virtual control
 # phi(x1) = x1 has the derivative 1
 alpha1_x1 = -k1 - theta_hat  # (7) partial derivative of alpha1 by x1
 tau2 = phi * z1 - alpha1_x1 * phi * z2  # (7) tuning function
 theta_hat_dot = gamma * tau2  # (7) update law
-# alpha1' contains theta, by x1': this is what is left of it with theta_hat in theta's place
+# alpha1' with theta_hat in the place of theta, as if constant
 alpha1_dot_known = alpha1_x1 * (x2 + theta_hat * phi) + k1 * r_dot + r_ddot  # (7) known part
 # alpha1 moves with theta_hat too: hence the last term
 u = alpha1_dot_known - z1 - k2 * z2 - phi * theta_hat_dot  # (7) control
@@ -126,14 +126,14 @@ def test_problem_1c_is_short_enough_to_be_read() -> None:
 
 def test_remarks_tell_terms_of_a_moving_estimate_from_those_that_earlier_tau_lack() -> None:
     remarks = {s.name: s.remark for s in controller(experiment("problem_1c"))}
-    assert remarks["alpha2"].endswith("hence the last term, with tau2_1 since tau3_1 is not known yet")
-    assert remarks["u"].endswith("hence the terms with theta1_hat_dot and theta2_hat_dot; the last makes up for w3_1 "
-                                 "z3, which tau2_1 lacks")  # fmt: skip
+    assert remarks["alpha2"].endswith("hence the last term, with tau2_1 since tau3_1 needs alpha2 itself")
+    assert remarks["u"].endswith("hence the terms with theta1_hat_dot and theta2_hat_dot; "
+                                 "the last term of u makes up for w3_1 z3, which tau2_1 lacks")  # fmt: skip
     remarks = {s.name: s.remark for s in controller(experiment("chain_4"))}
-    assert remarks["alpha3"].endswith("hence the term before the last, with tau3 since tau4 is not known yet; the last "
-                                      "makes up for w3 z3, which tau2 lacks")  # fmt: skip
-    assert remarks["u"].endswith("hence the term with theta_hat_dot; the last 2 make up for w4 z4, which tau2 and tau3 "
-                                 "lack")  # fmt: skip
+    assert remarks["alpha3"].endswith("hence the term before the last, with tau3 since tau4 needs alpha3 itself; "
+                                      "the last term of alpha3 makes up for w3 z3, which tau2 lacks")  # fmt: skip
+    assert remarks["u"].endswith("hence the term with theta_hat_dot; "
+                                 "the last 2 terms of u make up for w4 z4, which tau2 and tau3 lack")  # fmt: skip
     remarks = {s.name: s.remark for s in controller(experiment("ship_course"))}
     assert remarks["u"].endswith("d_hat, n1_hat and n3_hat too: hence the terms with their derivatives")
 

@@ -30,7 +30,8 @@ function linesOf({ signal, beside, logarithmic }) {
     lines.push(...ports.map(({ port, colour }) => ({ ...quiet, label: "tolerance", port, colour,
       values: constant(data.tolerance[port][state] ?? null) })));
   }
-  lines.push(...group(ports.map((port) => ({ ...port, values: known(data.ports[port.port][signal]) })), logarithmic));
+  lines.push(...ports.map((one) =>
+    ({ ...one, group: data.on[signal][one.port], values: known(data.ports[one.port][signal]) })));
   if (signal in data.exact) {
     lines.push({ label: "exact", values: known(data.exact[signal]), colour: css("--text"), width: 0.75 });
   }
@@ -74,24 +75,6 @@ function showPorts(figure) {
 function together(names) {
   if (names.length === 1) return names[0];
   return names.length > 3 ? `all ${names.length} on one line` : `${names.join(", ")} on one line`;
-}
-
-// marks the curves of programs that lie on one another
-function group(lines, logarithmic) {
-  const leaders = [];
-  for (const line of lines) {
-    const leader = leaders.find(({ values }) => coincide(values, line.values, logarithmic !== undefined)) ?? line;
-    if (leader === line) leaders.push(line);
-    line.group = leaders.indexOf(leader);
-  }
-  return lines;
-}
-
-// as the picture that comes with the page has it
-function coincide(a, b, logarithmic) {
-  const size = a.reduce((largest, value) => Math.max(largest, Math.abs(value)), 0);
-  const close = (x, y) => (logarithmic ? Math.max(x, y) <= 1.05 * Math.min(x, y) : Math.abs(x - y) <= 0.005 * size);
-  return a.every((value, i) => value === null || b[i] === null || close(value, b[i]));
 }
 
 function setPeriod(from, to) {
