@@ -328,6 +328,9 @@ class Recursion:
     def written(self) -> tuple[Statement, ...]:
         """The statements, without what nobody needs, and with what is used once where it is used."""
         definitions = _shortened(self.chain, self.outputs())
+        while others := self.companions(definitions) - self.chain.kept:
+            self.chain.kept |= others
+            definitions = _shortened(self.chain, self.outputs())
         if self.limit is not None and len(definitions) > self.limit:
             raise TooLarge(_too_large(str(len(definitions))))
         regressors = [name for name in definitions if name in self.regressors]
@@ -339,6 +342,17 @@ class Recursion:
             *(self.statement(name, definitions[name]) for name in ordered),
             *self.plant_statements(),
         )
+
+    def companions(self, written: Iterable[str]) -> set[str]:
+        """Those of which one has a name of its own all have: entries of a w_i or a tau_i, and the rows as known.
+
+        An entry that is 0, or a regressor, needs none.
+        """
+        steps, entries = range(1, self.n + 1), range(1, self.p + 1)
+        together = [{self.names.component(of, i, j) for j in entries} for of in ("w", "tau") for i in steps]
+        together.append({f"{state}_dot_known" for state in self.experiment.states})
+        found = (names for names in together if names.intersection(written))
+        return set().union(*found) & self.chain.definitions.keys()
 
     def statement(self, name: str, e: Expression) -> Statement:
         """A definition as a statement of its section."""
@@ -372,12 +386,13 @@ class Recursion:
         wording = "tracking error" if i == 1 else "deviation from the virtual control"
         self.z.append(let(f"z{i}", add(self.x[i], negative(self.alpha[i - 1])), "(5)", wording, keep=True))
         by_state = self.chain.gradient(self.alpha[i - 1], self.experiment.states[: i - 1], keep=True)
+        by_reference = self.chain.gradient(self.alpha[i - 1], [a.name for a, _ in self.varying()], keep=True)
+        self.by_estimate.append(self.chain.gradient(self.alpha[i - 1], self.experiment.estimates, keep=True))
         self.remark_on_slopes(i)
         self.w.append([self.regressor_error(i, j, by_state) for j in range(self.p)])
         self.tau.append([self.tuning_function(i, j) for j in range(self.p)])
         rates = self.update_law() if last else self.adapted(self.tau[i])
-        known = self.known_part(i, by_state)
-        self.by_estimate.append(self.chain.gradient(self.alpha[i - 1], self.experiment.estimates, keep=True))
+        known = self.known_part(i, by_state, by_reference)
         terms = [
             negative(product(self.g[i - 1], self.z[i - 1])),
             negative(product(Name(f"k{i}"), self.z[i])),
@@ -486,15 +501,17 @@ class Recursion:
         rates = self.adapted(column) if scaled else column
         return add(*(product(a, b) for a, b in zip(row, rates, strict=True)))
 
-    def known_part(self, i: int, by_state: Sequence[Expression]) -> Expression:
+    def varying(self) -> list[tuple[Name, Expression]]:
+        """The reference and those of its derivatives that move, each with its own derivative."""
+        return [(a, b) for a, b in pairwise(self.r) if isinstance(a, Name)]
+
+    def known_part(self, i: int, by_state: Sequence[Expression], by_reference: Sequence[Expression]) -> Expression:
         """What alpha_{i-1}' is without the parameter error and the update law; for alpha_0 = r it is r'."""
         if i == 1:
             return self.r[1]
         self.rows.append(self.row_estimate(i - 1))
         terms = [product(by_state[j - 1], self.rows[j]) for j in range(1, i)]
-        varying = [(a.name, b) for a, b in pairwise(self.r) if isinstance(a, Name)]
-        slopes = self.chain.gradient(self.alpha[i - 1], [name for name, _ in varying], keep=True)
-        terms += [product(d, rate) for d, (_, rate) in zip(slopes, varying, strict=True)]
+        terms += [product(d, rate) for d, (_, rate) in zip(by_reference, self.varying(), strict=True)]
         name = f"alpha{i - 1}"
         if placed := [p for p in self.experiment.unknown if any(p in self.in_row(j) for j in range(1, i))]:
             parameters, estimates = _listed([p.name for p in placed]), _listed([p.estimate for p in placed])

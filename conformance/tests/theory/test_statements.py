@@ -2,6 +2,7 @@
 """The statements of a design read as the lesson's, agree with the recursion, and pass the V' identity as written."""
 
 import random
+import re
 from dataclasses import replace
 from fractions import Fraction
 
@@ -122,6 +123,13 @@ def test_statements_can_be_computed_in_their_order_and_none_is_idle(name: str) -
 def test_problem_1c_is_short_enough_to_be_read() -> None:
     statements = controller(experiment("problem_1c"))
     assert len(statements) <= 45 and sum(operations(s.expression) for s in statements) < 153
+
+
+def test_what_belongs_together_is_named_together_and_stands_together() -> None:
+    names = [s.name for s in controller(experiment("problem_1c"))]
+    assert {"w3_1", "w3_2", "tau2_1", "tau2_2", "x1_dot_known", "x2_dot_known"} <= {*names}
+    partials = [i for i, name in enumerate(names) if re.match(r"alpha2_(x\d|r)|alpha2_theta", name)]
+    assert names.index("z3") < partials[0] and partials[-1] < names.index("w3_1")
 
 
 def test_remarks_tell_terms_of_a_moving_estimate_from_those_that_earlier_tau_lack() -> None:
