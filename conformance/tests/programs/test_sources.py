@@ -262,7 +262,7 @@ def test_statement_of_several_lines_keeps_them(any_port: Port, tmp_path: Path) -
         return
     written = replace(any_port, folder=tmp_path)
     written.source_path.write_text(write(read_experiment(ROOT / "plants" / "problem_1c.toml"), any_port))
-    assert sum(t.wording.endswith("z3'") for t in tagged(written)) == 1
+    assert sum(t.wording.endswith("z3'") for t in tagged(written)) == 2
     control = next(t for t in tagged(written) if t.wording == "control").text.splitlines()
     assert len(control) > 1 and "=" in control[0] and control[1].lstrip().startswith(("+", "-"))
     assert not any("'" in line for line in control)
