@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the tests share; a test that asks for `port` runs once per program under test."""
 
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +14,7 @@ from conformance.judging.trajectory import Trajectory
 from conformance.judging.verdict import judge_all, summary, write_result
 from conformance.pages.report.gallery import publish
 from conformance.pages.report.page import PAGE
+from conformance.places import PLANTS
 from conformance.programs.ports import Port
 from conformance.programs.table import boxes
 from conformance.tests.under_test import PORTS, engine_of, not_run, trajectory_of
@@ -22,14 +24,19 @@ from conformance.trials.variant import copy_tree, read_variants, runnable
 from conformance.truth.exact import KEPT
 
 STARTED = time.time()
+OTHERS = {path.stem for path in PLANTS.glob("*.toml")} - {LESSON.name}
 SLOWEST_FIRST = (
     "test_new_port", "test_campaign", "test_browser", "test_plants", "test_variants", "test_diagnosis",
-    "test_any_plant", "test_coverage", "test_corruptions", "test_experiment", "test_bad_luck", "test_makefile",
+    "test_any_plant", "test_coverage", "test_corruptions", "test_experiment", "test_bad_luck", "test_verdict",
+    "test_command_line", "test_truth_proof", "test_makefile",
 )  # fmt: skip
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The slow ones first, so that all cores are busy to the end."""
+    """A test on another plant lies beyond the lesson. The slow ones first, so that all cores are busy to the end."""
+    for item in items:
+        if OTHERS.intersection(re.split(r"\W+", item.name)):
+            item.add_marker("beyond")
     rank = {name: place for place, name in enumerate(SLOWEST_FIRST)}
     items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
 

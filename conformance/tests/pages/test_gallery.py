@@ -15,6 +15,8 @@ from conformance.pages.report.ways import ways
 from conformance.places import PLANTS
 from conformance.theory.experiment_file import read_experiment
 
+pytestmark = pytest.mark.beyond
+
 FILES = sorted(PLANTS.glob("*.toml"))[:4]
 
 

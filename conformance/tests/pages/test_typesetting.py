@@ -50,6 +50,7 @@ def test_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         typeset([("a", "block")])
 
 
+@pytest.mark.beyond
 def test_derivations_of_all_plants_can_be_set_in_the_faces_that_are_embedded() -> None:
     formulas = [
         formula

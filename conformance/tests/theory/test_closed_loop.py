@@ -76,6 +76,7 @@ def test_symbol_that_is_not_free_needs_a_value():
         closed_loop(lesson_design(), [theta], REFERENCE, free=(theta, k1, gamma))
 
 
+@pytest.mark.beyond
 def test_closed_loop_of_four_states_and_three_parameters_stays_small():
     loop = closed_loop(random_design(4, 3), ["1.2", -1, "1/3"], REFERENCE)
     operations = sum(e.count_ops() for _, e in loop.definitions) + sum(e.count_ops() for e in loop.rhs)

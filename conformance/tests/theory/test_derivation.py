@@ -26,6 +26,8 @@ from conformance.theory.expressions import operations, text
 from conformance.theory.reader import read
 from conformance.theory.statements import CONTROLLER, REGRESSOR, statements_of
 
+pytestmark = pytest.mark.beyond
+
 PLANTS = {path.stem: path for path in sorted((ROOT / "plants").glob("*.toml"))}
 
 STEPS = """

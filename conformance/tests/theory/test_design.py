@@ -92,12 +92,14 @@ def test_identity_holds_symbolically_for_every_plant_of_two_states_and_one_param
     assert identity_holds(tuning_functions(general_plant(2, 1), (k1, k2), gamma))
 
 
+@pytest.mark.beyond
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
 @pytest.mark.parametrize("p", [1, 2, 3])
 def test_identity_holds_exactly_for_random_cubic_plants_with_full_Gamma(n, p):
     check_identity(random_design(n, p))
 
 
+@pytest.mark.beyond
 @pytest.mark.parametrize(("n", "p"), [(2, 2), (3, 2), (4, 1)])
 def test_identity_holds_exactly_for_undefined_functions_and_symbolic_gains(n, p):
     gains = sp.symbols(f"k1:{n + 1}", positive=True)
@@ -156,6 +158,7 @@ def test_wrong_sign_in_the_regressor_is_refused(n, p, monkeypatch):
     assert refused(new_random_design(n, p))
 
 
+@pytest.mark.beyond
 @pytest.mark.parametrize(("n", "p"), [(3, 1), (3, 2)])
 def test_recursion_without_the_terms_of_earlier_steps_is_refused(n, p, monkeypatch):
     def own_term_alone(i, program, alpha, theta_hat, Gamma, tau, w, z):

@@ -168,6 +168,7 @@ def test_a_chain_of_four_states_is_short_enough_to_be_written() -> None:
     assert len(controller(experiment("chain_4"))) <= LARGE
 
 
+@pytest.mark.beyond
 def test_a_design_of_five_states_is_refused_unless_it_is_asked_for() -> None:
     states = tuple(f"x{i}" for i in range(1, 6))
     rows = tuple(map(read, ("x2 + theta*x1^2", "x3", "x4", "x5", "u")))

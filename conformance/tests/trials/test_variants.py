@@ -174,6 +174,7 @@ def test_only_what_changed_is_run_again(monkeypatch: pytest.MonkeyPatch) -> None
     assert not job(MISTAKE.tree, FIRST, source(MISTAKE, FIRST)).fresh
 
 
+@pytest.mark.beyond
 def test_an_interrupted_run_keeps_what_has_run_and_ends_what_runs(tmp_path: Path) -> None:
     script = f"""
 from pathlib import Path
@@ -246,6 +247,7 @@ def test_what_a_port_has_of_its_own_is_refused_where_it_makes_no_sense(case: str
         read_variants(root=tmp_path)
 
 
+@pytest.mark.beyond
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
@@ -260,6 +262,7 @@ def test_a_name_that_is_none_is_answered_in_one_line(words: list[str], reason: s
     assert reason in answer.stderr and len(answer.stderr.splitlines()) == 1
 
 
+@pytest.mark.beyond
 def test_variants_are_run_by_name_and_told_in_a_table() -> None:
     words = ["variants", MISTAKE.name, "--ports", FIRST.name]
     answer = subprocess.run([sys.executable, "-m", "conformance", *words], cwd=ROOT, capture_output=True, text=True)

@@ -167,6 +167,7 @@ FORGERIES = {
 }
 
 
+@pytest.mark.beyond
 @pytest.mark.parametrize("forge", FORGERIES.values(), ids=FORGERIES)
 def test_what_is_forged_is_proven_again(forge: Callable[[Exact], Exact], kept: Path) -> None:
     """The key and the checksum fit: what is read is checked against the equations."""
@@ -178,6 +179,7 @@ def test_what_is_forged_is_proven_again(forge: Callable[[Exact], Exact], kept: P
     assert kept.read_bytes() == whole
 
 
+@pytest.mark.beyond
 def test_two_threads_prove_as_one_does(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The precision of ball arithmetic, and the length of its series, are the process's."""
     several = [with_values(SHORT, {"gamma": Fraction(gamma)}) for gamma in (2, 4)]

@@ -96,6 +96,7 @@ def test_doubles_are_within_their_bound_at_edges_of_pieces(experiment: Enclosure
     check_doubles(experiment, np.concatenate([edges, np.nextafter(edges[1:], 0), [1e-300, 5e-324]]))
 
 
+@pytest.mark.beyond
 @pytest.mark.parametrize("name", CLOSED)
 def test_doubles_of_closed_problems_are_within_their_bound(name: str) -> None:
     enclosed = enclose(CLOSED[name].problem)

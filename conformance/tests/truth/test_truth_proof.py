@@ -22,6 +22,7 @@ from conformance.truth.truth import Ball, InitialValueProblem, ProofEnded, enclo
 GROWTH, PERIODIC = CLOSED["exponential growth"], CLOSED["harmonic oscillator"]
 
 
+@pytest.mark.beyond
 @pytest.mark.parametrize("target", [1e-6, 1e-12, 1e-18, 1e-30])
 @pytest.mark.parametrize("name", CLOSED)
 def test_closed_solution_lies_in_its_enclosure(name: str, target: float) -> None:
