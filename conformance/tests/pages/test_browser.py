@@ -190,7 +190,7 @@ ANSWERS = {  # by a few words of the question: what is in view, and what it says
         "#row-tau2 .difference": "Java alone has final double; the rest"
     },
     "Problem 6's edit in Mathematica": {
-        "#exercise-problem-6 > p >> nth=0": "r and both derivatives change together",
+        "#exercise-problem-6 > p >> nth=0": "cos stands for sin; both derivatives change with it",
         "#exercise-problem-6 .diff:visible": "rDot[t_] := -amplitude * omega * Sin[omega * t]",
     },
     "not converge with": {"#why-no-convergence > p >> nth=0": "adaptation stops"},
