@@ -375,7 +375,7 @@ class Recursion:
         """Entry j of phi_i; a number needs no name."""
         if isinstance(e, Number) or (isinstance(e, Negative) and isinstance(e.of, Number)):
             return e
-        wording = "regressor" if self.p == 1 else f"regressor of {self.experiment.unknown[j - 1].name}"
+        wording = self.of("regressor", self.experiment.unknown[j - 1].name)
         where = f", row {i}" if self.names.rows > 1 else ""
         self.regressors.add(self.names.phi(i, j))
         return self.chain.let(self.names.phi(i, j), e, "(4)", wording + where, keep=True)
@@ -428,31 +428,34 @@ class Recursion:
         alpha_{i-1} moves with it, by Gamma tau_n in the end, for which tau_i stands before; and the tau of earlier
         virtual controls lack w_i z_i.
         """
-        moving = [j for j in range(self.p) if self.by_estimate[i][j] != ZERO]
-        estimates = [self.experiment.estimates[j] for j in moving]
-        count = len(terms_of(lacking)) if lacking != ZERO else 0
-        said = []
-        if moved != ZERO:
-            which = _last(len(terms_of(moved)))
-            if i == self.n and (count or len(moving) > 1):
-                rates = _listed([f"{e}_dot" for e in estimates]) if len(moving) < 3 else "their derivatives"
-                which = f"the term{'s' if len(moving) > 1 else ''} with {rates}"
-            elif count:
-                which = _last(len(terms_of(moved)), before=count)
-            stands = ""
-            if i < self.n:
-                late = self.components("tau", self.n, moving) + (" needs" if len(moving) == 1 else " need")
-                stands = f", with {self.components('tau', i, moving)} since {late} alpha{i} itself"
-            said.append(f"alpha{i - 1} moves with {_listed(estimates)} too: hence {which}{stands}")
-        if count:
-            moving = [a for a in range(self.p) if any(self.by_estimate[j][a] != ZERO for j in range(2, i))]
-            added = " and ".join(f"{self.names.component('w', i, a + 1)} z{i}" for a in moving)
-            earlier = " and ".join(self.components("tau", j, moving) for j in range(2, i))
-            lack = "lacks" if i == 3 and len(moving) == 1 else "lack"
-            last = f"{_last(count)} of {name} make{'s' if count == 1 else ''}"
-            said.append(f"{last} up for {added}, which {earlier} {lack}")
+        last = len(terms_of(lacking)) if lacking != ZERO else 0
+        said = [self.on_motion(i, len(terms_of(moved)), last)] if moved != ZERO else []
+        said += [self.on_lack(name, i, last)] if last else []
         if said:
             self.chain.remarks[name] = "; ".join(said)
+
+    def on_motion(self, i: int, count: int, last: int) -> str:
+        """So many terms of alpha_i, before the last ones, answer the motion of alpha_{i-1} with the estimate."""
+        moving = [j for j, d in enumerate(self.by_estimate[i]) if d != ZERO]
+        estimates = [self.experiment.estimates[j] for j in moving]
+        several = len(moving) > 1
+        which = _last(count, before=last)
+        if i == self.n and (last or several):
+            rates = _listed([f"{e}_dot" for e in estimates]) if len(moving) < 3 else "their derivatives"
+            which = f"the term{'s' * several} with {rates}"
+        cause = f"alpha{i - 1} moves with {_listed(estimates)} too: hence {which}"
+        if i == self.n:
+            return cause
+        final = f"{self.components('tau', self.n, moving)} need{'s' * (not several)} alpha{i} itself"
+        return f"{cause}, with {self.components('tau', i, moving)} since {final}"
+
+    def on_lack(self, name: str, i: int, last: int) -> str:
+        """So many last terms of alpha_i, or u, make up for what the tau of earlier virtual controls lack."""
+        lacked = [a for a in range(self.p) if any(self.by_estimate[j][a] != ZERO for j in range(2, i))]
+        added = " and ".join(f"{self.names.component('w', i, a + 1)} z{i}" for a in lacked)
+        earlier = " and ".join(self.components("tau", j, lacked) for j in range(2, i))
+        one = i == 3 and len(lacked) == 1
+        return f"{_last(last)} of {name} make{'s' * (last == 1)} up for {added}, which {earlier} lack{'s' * one}"
 
     def components(self, name: str, i: int, which: Sequence[int]) -> str:
         """Components of w_i or tau_i, from 0, as a sentence lists them."""
@@ -465,26 +468,27 @@ class Recursion:
     def regressor_error(self, i: int, j: int, by_state: Sequence[Expression]) -> Expression:
         """w_i = phi_i - sum_{l<i} alpha_{i-1}_xl phi_l, entry j from 0; (8)."""
         parts = (negative(product(by_state[m - 1], self.phi[m][j])) for m in range(1, i))
-        name, wording = self.names.component("w", i, j + 1), self.of("regressor", j) + f" in z{i}'"
-        return self.chain.let(name, add(self.phi[i][j], *parts), self.tag, wording)
+        name, wording = self.names.component("w", i, j + 1), self.of("regressor", self.experiment.unknown[j].name)
+        return self.chain.let(name, add(self.phi[i][j], *parts), self.tag, f"{wording} in z{i}'")
 
     def tuning_function(self, i: int, j: int) -> Expression:
         """tau_i = tau_{i-1} + w_i z_i, entry j from 0; the last one is always named; (6), (8)."""
         e = add(self.tau[i - 1][j], product(self.w[i][j], self.z[i]))
         name = self.names.component("tau", i, j + 1)
-        return self.chain.let(name, e, self.tag, self.of("tuning function", j), keep=i == self.n)
+        wording = self.of("tuning function", self.experiment.unknown[j].name)
+        return self.chain.let(name, e, self.tag, wording, keep=i == self.n)
 
     def update_law(self) -> list[Expression]:
         """theta_hat' = Gamma tau_n; (8)."""
         rates = self.adapted(self.tau[self.n])
         return [
-            self.chain.let(f"{name}_dot", rate, self.tag, "update law" + f" of {name}" * (self.p > 1), keep=True)
+            self.chain.let(f"{name}_dot", rate, self.tag, self.of("update law", name), keep=True)
             for name, rate in zip(self.experiment.estimates, rates, strict=True)
         ]
 
-    def of(self, wording: str, j: int) -> str:
-        """The wording, of which parameter where there are several."""
-        return wording if self.p == 1 else f"{wording} of {self.experiment.unknown[j].name}"
+    def of(self, wording: str, name: str) -> str:
+        """The wording, of which parameter or estimate where there are several."""
+        return wording if self.p == 1 else f"{wording} of {name}"
 
     def adapted(self, column: Sequence[Expression]) -> list[Expression]:
         """Gamma times a column."""

@@ -24,7 +24,8 @@ function tokens(code) {
   const walker = document.createTreeWalker(code, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
     const node = walker.currentNode;
-    const symbol = node.parentElement.closest("[data-symbol]")?.dataset.symbol;
+    const place = node.parentElement.closest(SYMBOLS);
+    const symbol = place ? symbolOf(place) : undefined;
     for (const { 0: text, index } of node.data.matchAll(/[A-Za-z_]\w*|[\d.]+|[^\s\w]+/g)) {
       found.push({ text, node, index, symbol });
     }

@@ -6,6 +6,10 @@ const all = (selector, inside = document) => [...inside.querySelectorAll(selecto
 const pressed = (button) => button.getAttribute("aria-pressed") === "true";
 const press = (button, on) => button.setAttribute("aria-pressed", on);
 
+// what is marked as a symbol; in code that spells it as the page does, the text says which
+const SYMBOLS = "[data-symbol], var";
+const symbolOf = (place) => place.dataset.symbol ?? place.textContent;
+
 // one of several is in the order of tabs, the last that was gone to; keys move within
 function oneStop(items, keys = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }) {
   const able = () => items.filter((item) => !item.disabled);

@@ -2,8 +2,6 @@
 // Linked symbols: pointing at one lights it up wherever it stands, and says what it means.
 "use strict";
 
-for (const place of all("var:not([data-symbol])")) place.dataset.symbol = place.textContent;
-
 const meaning = document.getElementById("meaning");
 const meanings = new Map(all("#symbols [data-means]").map((entry) => [entry.dataset.means, entry]));
 
@@ -12,6 +10,7 @@ function light(name, at) {
   const entry = meanings.get(name);
   meaning.hidden = entry === undefined;
   if (entry === undefined) return;
+  for (const place of all("var:not([data-symbol])")) place.dataset.symbol = symbolOf(place); // not before it is needed
   for (const place of all(`[data-symbol="${name}"]`)) place.classList.add("lit");
   meaning.replaceChildren(...entry.cloneNode(true).childNodes);
   const { left, bottom, top } = at.getBoundingClientRect();
@@ -23,12 +22,12 @@ function light(name, at) {
 // the symbol at the pointer or the focus; at the upright axis of a chart the first of its caption
 function symbolAt({ target }) {
   const figure = target.closest?.(".u-axis:last-child")?.closest("figure");
-  return figure?.querySelector("figcaption [data-symbol]") ?? target.closest?.("[data-symbol]");
+  return figure?.querySelector("figcaption [data-symbol]") ?? target.closest?.(SYMBOLS);
 }
 for (const event of ["pointerover", "focusin"]) {
   document.addEventListener(event, (happened) => {
     const place = symbolAt(happened);
-    light(place?.dataset.symbol, happened.target);
+    light(place && symbolOf(place), happened.target);
   });
 }
 document.addEventListener("keydown", (event) => {
