@@ -37,6 +37,9 @@ from conformance.truth.exact import exact
 CHROMIUM = chromium()
 QUESTIONS = read_questions()
 PATIENCE = 6  # attempts at what takes longer on a busy machine
+UNLAID = """[...document.querySelectorAll("main > section > *, .row")]
+  .some((part) => getComputedStyle(part).contentVisibility === "hidden")"""
+LAID_OUT = f"() => new Promise(function look(done) {{ {UNLAID} ? setTimeout(look, 50, done) : done(); }})"
 ALL_AT_ONCE = ".inspector { position: static !important }"
 WIDE_LIGHT, NARROW_DARK = (1900, 1000, "light"), (360, 740, "dark")  # width, height, colours
 
@@ -66,6 +69,7 @@ def open_page(
     path: Path,
     screen: tuple[int, int, str] = WIDE_LIGHT,
     motion: Literal["reduce", "no-preference"] = "reduce",
+    laid_out: bool = True,
 ) -> Opened:
     width, height, scheme = screen
     context = browser.new_context(
@@ -77,6 +81,8 @@ def open_page(
     opened.page.on("pageerror", lambda error: opened.complaints.append(str(error)))
     opened.page.on("request", lambda request: opened.requests.append(request.url))
     opened.page.goto(path.as_uri())
+    if laid_out:
+        opened.page.evaluate(LAID_OUT)
     return opened
 
 
@@ -540,22 +546,46 @@ def test_tab_stops_are_few_and_targets_large_enough(page: Page) -> None:
     assert small == []
 
 
+LAND = """(link) => new Promise((done) => {
+  document.addEventListener("scrollend", done, { once: true });
+  setTimeout(done, 3000);
+  link.click();
+})"""
+
+
 @pytest.mark.parametrize("motion", ["reduce", "no-preference"])
 def test_links_land_on_their_target(browser: Browser, report: Path, motion: Literal["reduce", "no-preference"]) -> None:
     other = open_page(browser, report, motion=motion)
     page = other.page
     links = ["#derivation", "#trajectories", "#verdict", "#code", "#row-tau2", "#part-report", "#step-2", "#exercises"]
     for target in links:
-        page.locator(f"a[href='{target}']").first.evaluate(
-            """(link) => new Promise((done) => {
-                 document.addEventListener("scrollend", done, { once: true });
-                 setTimeout(done, 3000);
-                 link.click();
-               })"""
-        )
+        page.locator(f"a[href='{target}']").first.evaluate(LAND)
         end = page.evaluate("scrollY + innerHeight >= document.documentElement.scrollHeight - 2")
         assert 0 <= top(page, target) <= 200 or end, (target, top(page, target))
     page.context.close()
+
+
+def test_link_lands_before_the_page_is_laid_out(browser: Browser, report: Path) -> None:
+    page = open_page(browser, report, motion="no-preference", laid_out=False).page
+    found = page.evaluate(
+        f"""async () => {{
+          const unlaid = {UNLAID};
+          await ({LAND})(document.querySelector("nav a[href='#exercises']"));
+          return unlaid;
+        }}"""
+    )
+    assert found
+    assert not page.evaluate(UNLAID)
+    assert 0 <= top(page, "#exercises") <= 200
+    page.context.close()
+
+
+def test_address_of_a_part_is_laid_out_as_it_comes(browser: Browser, report: Path) -> None:
+    page = browser.new_page(viewport={"width": 1440, "height": 900}, reduced_motion="reduce")
+    page.goto(f"{report.as_uri()}#row-tau2")
+    assert not page.evaluate(UNLAID)
+    assert 0 <= top(page, "#row-tau2") <= 200
+    page.close()
 
 
 def test_page_without_script_shows_derivation_and_code(browser: Browser, report: Path) -> None:

@@ -304,7 +304,7 @@ function change(to) {
 
 // first what is measured and drawn, then what is written: the other way round the page would be laid out twice
 function update() {
-  const seen = [...panels.keys(), ...planes].filter((figure) => !dragging || onScreen(figure));
+  const seen = [...panels.keys(), ...planes].filter((figure) => !dragging || onScreen.has(figure));
   now = drawnRun(runOf(setting, dragging ? STRIDE : 1));
   if (!dragging) settle();
   for (const figure of seen) if (panels.has(figure)) refresh(figure, panels.get(figure));
@@ -314,11 +314,12 @@ function update() {
   if (!dragging) showSetting();
 }
 
-// a chart that is not seen waits for the end of a drag
-function onScreen(figure) {
-  const { top, bottom } = figure.getBoundingClientRect();
-  return bottom > 0 && top < innerHeight;
-}
+// a chart that is not seen waits for the end of a drag; to ask each where it is would lay out the page before it changes
+const onScreen = new Set();
+const watching = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) onScreen[isIntersecting ? "add" : "delete"](target);
+});
+for (const figure of all(".chart", playground)) watching.observe(figure);
 
 function showSetting() {
   for (const part of all(".changed", playground)) {
