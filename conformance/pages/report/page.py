@@ -47,8 +47,8 @@ from conformance.pages.report.evidence import (
 )
 from conformance.pages.report.exercises import EXERCISE_PANELS, in_order, shown
 from conformance.pages.report.listing import highlighting
-from conformance.pages.report.opening import at_rest, opening
 from conformance.pages.report.playground import playground
+from conformance.pages.report.rest import at_rest
 from conformance.pages.report.rows import Part, parts
 from conformance.pages.report.symbols import Notation, Symbol, linker, symbols_of
 from conformance.pages.report.typesetting import MODULES, Typesetter, type_css, version_of
@@ -140,7 +140,6 @@ def page(
         ways=list(ways(experiment, languages, [p.name for p in programs if p.code], list(verdicts.values()), variants)),
         **derivation_shown(derived, notation, symbols, shown_parts),
         title=experiment.title,
-        opening=opening(experiment),
         rest=at_rest(experiment) if lesson else None,
         lesson=lesson,
         index=index,

@@ -229,6 +229,7 @@ class Drawing:
     still: Markup | str = ""
 
 
+FIRST_DRAWINGS = ("output", "estimates", "logarithm")  # on the first screen too
 LITTLE = 0.01  # share of V(0) that is left where the shares of V are no longer drawn
 COLOURS = ("--accent", "--second", "--third", "--quiet")  # of the signals of a chart
 TILDE = r"\tilde\theta"
@@ -241,7 +242,7 @@ def drawings(e: Experiment, solution: Exact) -> Iterator[Drawing]:
     of_theta = {0: "", 1: rf"\tfrac{{1}}{{2\gamma}} {TILDE}^2"}.get(p, rf"\tfrac12 {TILDE}^\top \Gamma^{{-1}} {TILDE}")
     lost = " + ".join(f"k_{i} z_{i}^2" for i in range(1, n + 1)) if n < 3 else rf"\sum_{{i \le {n}}} k_i z_i^2"
     output, z = e.states[0], tuple(f"z{i}" for i in range(1, n + 1))
-    estimates = ", ".join(map(letter, e.estimates))
+    estimates, parameters = ", ".join(map(letter, e.estimates)), ", ".join(letter(q.name) for q in e.unknown)
     budget = (
         *((("of-parameters", of_theta),) if p else ()),
         ("of-errors", of_z),
@@ -251,15 +252,17 @@ def drawings(e: Experiment, solution: Exact) -> Iterator[Drawing]:
         Drawing("budget", "budget", "V = " + " + ".join(filter(None, (of_z, of_theta))),
                 "V over time, as the sum of its shares, and what has been dissipated of V(0)", ("V",), keys=budget),
         Drawing("output", "time", rf"{letter(output)} \text{{ and }} r",
-                f"{output} and the reference", (output,), ("r",)),
-        Drawing("estimates", "time", rf"{estimates} \text{{ and }} " + ", ".join(letter(q.name) for q in e.unknown),
-                "estimates and true parameters", e.estimates, tuple(f"{q.name}_true" for q in e.unknown)),
+                f"{output} and the reference", (output,), ("r",),
+                keys=(("line-0", letter(output)), ("beside", "r"))),
+        Drawing("estimates", "time", rf"{estimates} \text{{ and }} {parameters}",
+                "estimates and true parameters", e.estimates, tuple(f"{q.name}_true" for q in e.unknown),
+                keys=(*((f"line-{i}", letter(name)) for i, name in enumerate(e.estimates)), ("beside", parameters))),
         Drawing("errors", "time", ", ".join(map(letter, z)), "error coordinates", z,
                 keys=tuple((f"line-{i}", letter(name)) for i, name in enumerate(z)) if n > 1 else ()),
         Drawing("control", "time", "u", "control", ("u",)),
         Drawing("rate", "rate", rf"\dot V = -{lost if n < 2 else f'({lost})'}", "the derivative of V", ("V_dot",)),
-        Drawing("logarithm", "logarithm", r"V \text{, and the integration's own error}",
-                "V on a logarithmic axis, down to the integration's own error", ("V",)),
+        Drawing("logarithm", "logarithm", "V", "V on a logarithmic axis, down to the integration's own error", ("V",),
+                keys=(("floor", r"\text{the integration's own error}"),)),
         Drawing("plane_z", "plane", r"(z_1, z_2)", "z2 against z1, and the circle V = V(0)",
                 ("z1", "z2"), axes=("z₁", "z₂")),
         Drawing("plane_theta", "plane", rf"(z_1, {TILDE})", "the parameter error against z1, and the ellipse V = V(0)",
@@ -288,7 +291,7 @@ def signals_of(e: Experiment, solution: Exact) -> dict[str, Array]:
 
 def still(chart: Drawing, shown: Mapping[str, Array]) -> Markup:
     """A chart as a picture."""
-    lines = [Line(shown[name], "var(--quiet)", 1.25, "4 4") for name in chart.beside]
+    lines = [Line(shown[n], "var(--quiet)", 1.25, "4 4", symbol=n.removesuffix("_true")) for n in chart.beside]
     shown = dict(shown)
     if chart.kind == "budget":
         until = shown["t"] <= np.ceil(2 * shown["t"][shown["V"] > LITTLE * shown["V"][0]][-1])
@@ -303,7 +306,8 @@ def still(chart: Drawing, shown: Mapping[str, Array]) -> Markup:
     if chart.kind == "plane":
         across, up = (shown[name] for name in chart.signals)
         return picture(across, [Line(up, "var(--accent)")], chart.words, across=chart.axes[0])
-    lines += [Line(shown[name], f"var({colour})") for name, colour in zip(chart.signals, cycle(COLOURS), strict=False)]
+    colours = zip(chart.signals, cycle(COLOURS), strict=False)
+    lines += [Line(shown[name], f"var({colour})", symbol=name.removesuffix("_dot")) for name, colour in colours]
     return picture(shown["t"], lines, chart.words, logarithmic=chart.kind == "logarithm")
 
 
@@ -326,9 +330,16 @@ class Playground:
         return next(experiment for _, experiment in self.starts.values())
 
     @property
-    def estimate(self) -> str:
-        """The first estimate, in LaTeX, of a plant that has one."""
-        return letter(self.experiment.estimates[0])
+    def first_drawings(self) -> list[Drawing]:
+        """The charts of the first screen: the output meets the reference, the estimates move, V falls."""
+        return [drawing for drawing in self.drawings if drawing.key in FIRST_DRAWINGS]
+
+    @property
+    def first_sliders(self) -> list[Slider]:
+        """Those of the first screen: of an unknown parameter and of its adaptation gain; else of the first gain."""
+        e = self.experiment
+        wanted = (f"{e.unknown[0].name}_true", next(iter(e.gammas))) if e.unknown else ("k1",)
+        return [slider for slider in self.sliders if slider.name in wanted]
 
     @property
     def titles(self) -> dict[str, Variant]:

@@ -458,12 +458,12 @@ def test_symbol_lights_up_in_captions_legends_curves_and_at_the_axis(page: Page)
     places = [
         "#trajectories [data-signal=theta_hat] figcaption",  # captions
         "#playground [data-drawing=estimates] figcaption",
-        ".opening .key",  # a legend
+        "#first .key",  # a legend
         "#question-1 summary",  # words
         "#step-1 .equation",
     ]
     assert all(page.locator(f"{place} [data-symbol=theta_hat].lit").count() for place in places)
-    assert page.locator(".opening path.lit").get_attribute("data-symbol") == "theta_hat"
+    assert page.locator("#first path.lit").get_attribute("data-symbol") == "theta_hat"
     assert page.locator("#meaning .katex").count() == 2, "the meaning names theta, and is typeset"
     strip = "(axis) => getComputedStyle(axis, '::before').backgroundColor"
     axes = [page.locator(f"#trajectories [data-signal={signal}] .u-axis").last for signal in ("theta_hat", "x2")]
@@ -594,7 +594,7 @@ def test_page_without_script_shows_derivation_and_code(browser: Browser, report:
     page.goto(report.as_uri())
     assert page.locator("#step-2 [data-row=u] .lead:visible").count() == 1
     assert page.locator("#row-tau2 .cell-code:visible").count() == len(PORTS)
-    assert page.locator("header .opening svg").count() == 3
+    assert page.locator("#first svg.still:visible").count() == 3
     context.close()
 
 
@@ -732,10 +732,22 @@ def test_missing_excitation_is_played_from_the_derivation(page: Page) -> None:
     page.locator("#derivation [data-play]").click()
     assert page.locator("#playground [data-start=no_excitation]").get_attribute("aria-pressed") == "true"
     assert page.evaluate("playground.figures().estimate") == pytest.approx(2.777, abs=0.001)
-    page.locator("[data-start=Chapter17_Lesson1]").click()
+    page.locator("#playground [data-start=Chapter17_Lesson1]").click()
 
 
 # ---- Playground ----
+
+
+def told(page: Page, where: str = "#playground") -> str:
+    """What the page says of a run, as it is seen."""
+    text: str = page.locator(f"{where} .outcome").evaluate(
+        """(place) => {
+          const copy = place.cloneNode(true);
+          for (const unseen of copy.querySelectorAll(".katex-mathml")) unseen.remove();
+          return copy.textContent.replaceAll("\u200b", "");
+        }"""
+    )
+    return text
 
 
 def start(page: Page, name: str, mistake: str = "", **constants: float) -> None:
@@ -759,23 +771,22 @@ def test_mistake_in_the_playground_is_refused_and_shows_its_code(page: Page, tmp
     titles = playground(exact(LESSON), read_variants().values()).titles
     mistakes = [name for name, variant in titles.items() if variant.experiment.reference == LESSON.reference]
     assert len(mistakes) > 3
-    changed, outcome = page.locator("#playground .changed:visible"), page.locator("#playground .outcome")
+    changed = page.locator("#playground .changed:visible")
     for mistake in mistakes:
-        page.locator("[data-start=Chapter17_Lesson1]").click()
+        page.locator("#playground [data-start=Chapter17_Lesson1]").click()
         page.locator(f"input[name=mistake][value={mistake}]").check()
         verdict = judge_file(write_csv(page, tmp_path / "playground.csv"), LESSON)
         assert not verdict.conforms, mistake
         assert changed.count() == 1 and changed.locator(".added, .removed").count() >= 2
-        assert "do not add up to V(0)" in outcome.inner_text(), mistake
+        assert "do not add up to V(0): the theorem" in told(page), mistake
 
 
 def test_start_clears_a_mistake(page: Page) -> None:
     page.locator("input[name=mistake][value=sign-in-tau2]").check()
-    page.locator("[data-start=Chapter17_Lesson1]").click()
+    page.locator("#playground [data-start=Chapter17_Lesson1]").click()
     assert page.locator("input[name=mistake][value='']").is_checked()
     assert page.locator("#playground .changed:visible").count() == 0
-    outcome = page.locator("#playground .outcome").inner_text()
-    assert re.search(r"At 20 s: z₁ = .2\.69e-9", outcome) and "dissipated add up to V(0)" in outcome
+    assert re.fullmatch(r"At 20 s: z1 = .2\.69e.9, .*V and what is dissipated add up to V\(0\)\.", told(page))
 
 
 @pytest.mark.parametrize("i", range(len(QUESTIONS)))
@@ -799,7 +810,7 @@ def test_sliders_move_the_curves_and_keep_the_zoom_and_the_run_before(page: Page
     zoomed = plot.get_attribute("aria-valuenow")
     charts = [f"[data-drawing={name}]" for name in ("errors", "estimates", "budget", "control", "rate", "logarithm")]
     before = [pictured(page, chart) for chart in charts]
-    page.locator("input[name=k1]").press("ArrowRight")
+    page.locator("#playground input[name=k1]").press("ArrowRight")
     drawn(page)
     assert all(pictured(page, chart) != one for chart, one in zip(charts, before, strict=True))
     expect(page).to_have_url(re.compile(r"[?&]pt=0%7E5\b"))
@@ -812,6 +823,32 @@ def test_sliders_move_the_curves_and_keep_the_zoom_and_the_run_before(page: Page
     assert len(rows) == 3 and rows[2].startswith("kept: the lesson, k₁ = 2.0")
     page.get_by_role("button", name="Let go").click()
     page.locator("#playground .whole").click()
+
+
+def test_first_screen_is_alive(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report)
+    page, slider = other.page, other.page.locator("#first input[name=theta_true]")
+    assert page.locator("#first svg.still:visible").count() == 3
+    slider.press("ArrowRight")
+    expect(page.locator("#first canvas")).to_have_count(3)
+    assert page.locator("#first svg.still:visible").count() == 0
+    assert "= 1.230, " in told(page, "#first"), "what the estimate has found"
+    grey = """() => [...document.querySelectorAll("#first canvas")].map((canvas) => {
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      return data.some((_, i) => i % 4 === 0 && data[i] === 154 && data[i + 1] === 161 && data[i + 2] === 170);
+    })"""
+    assert any(page.evaluate(grey)), "the run before stays as a grey line"
+    expect(page).to_have_url(re.compile(r"[?&]theta_true=1\.23\b"))
+    assert page.locator("#playground input[name=theta_true]").input_value() == slider.input_value()
+    linked = browser.new_page()
+    linked.goto(page.url)
+    expect(linked.locator("#first canvas")).to_have_count(3)
+    linked.locator("#first .start").click()
+    expect(linked).not_to_have_url(re.compile("theta_true"))
+    assert "= 1.200, " in told(linked, "#first")
+    assert other.complaints == []
+    linked.close()
+    page.context.close()
 
 
 def pictured(page: Page, chart: str) -> str:
@@ -835,7 +872,7 @@ def test_address_keeps_what_is_set(browser: Browser, report: Path, page: Page) -
 
 def test_blow_up_is_drawn_as_far_as_it_goes_and_told(page: Page) -> None:
     start(page, "Chapter17_Lesson1", "sine-of-x2")
-    assert "The integration fails after 0.46 s" in page.locator("#playground .outcome").inner_text()
+    assert "The integration fails after 0.46 s" in told(page)
     inked = """(chart) => {
       const canvas = document.querySelector(`#playground ${chart} canvas`), {width, height} = canvas;
       const points = canvas.getContext("2d").getImageData(0, 0, width, height).data;
@@ -849,7 +886,7 @@ def test_blow_up_is_drawn_as_far_as_it_goes_and_told(page: Page) -> None:
 def test_slider_and_curve_share_a_phones_screen(browser: Browser, report: Path) -> None:
     other = open_page(browser, report, NARROW_DARK)
     for name in ("theta_true", "theta_hat_start"):
-        other.page.locator(f"input[name={name}]").scroll_into_view_if_needed()
-        other.page.locator(f"input[name={name}]").focus()
+        other.page.locator(f"#playground input[name={name}]").scroll_into_view_if_needed()
+        other.page.locator(f"#playground input[name={name}]").focus()
         expect(other.page.locator("#playground .budget .plot")).to_be_in_viewport(ratio=0.9)
     other.page.context.close()

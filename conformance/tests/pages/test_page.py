@@ -256,9 +256,18 @@ def test_program_that_lacks_a_statement_leaves_its_cell_empty(tmp_path: Path) ->
 
 
 def test_figures_of_several_lines_name_each(html: str) -> None:
-    figures = re.findall(r"<figure>.*?</figure>|<figure class=\"small-figure.*?</figure>", html, flags=re.DOTALL)
-    named = [(figure.count('<path class="curve"'), figure.count('class="key"')) for figure in figures]
-    assert named == [(2, 2), (2, 2), (1, 0), (3, 3)]
+    header = html.partition("<header>")[2].partition("</header>")[0]
+    figures = re.findall(r'<figure class="chart.*?</figure>', header, flags=re.DOTALL)
+    figures += re.findall(r'<figure class="small-figure.*?</figure>', html, flags=re.DOTALL)
+    named = [(figure.count('<path class="curve"'), len(re.findall(r'class="key[ "]', figure))) for figure in figures]
+    assert named == [(2, 2), (2, 2), (1, 1), (3, 3)], "of V it is the integration's own error that is named"
+
+
+def test_figures_are_numbered_in_their_order(html: str) -> None:
+    found = re.findall(r'<figcaption>\s*<a class="number"[^>]* id="figure-([\w-]+)" [^>]*>Figure (\d+)\.</a>', html)
+    assert found == [
+        (name, str(i)) for i, name in enumerate(("first", "no-convergence", "signals", "errors", "playground"), 1)
+    ]
 
 
 def test_every_symbol_has_its_meaning_and_section(html: str) -> None:

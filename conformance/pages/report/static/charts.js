@@ -26,7 +26,7 @@ function unpack(text) {
 function short(value) {
   const size = Math.abs(value);
   const text = size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(2) : value.toPrecision(4);
-  return text.replace("-", "−");
+  return text.replaceAll("-", "−");
 }
 
 function superscript(exponent) {
@@ -188,32 +188,35 @@ function chartsInOneStop(figures) {
   oneStop(figures.map((figure) => figure.querySelector(".plot")), { ArrowDown: 1, ArrowUp: -1 });
 }
 
-// draws each chart when it comes near the screen or is gone to, again in other colours, and as wide as there is room
+// draws each chart when it comes near the screen or is needed
 function whenSeen(part, figures, draw, charts) {
   const seen = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) {
-      if (isIntersecting && !charts.has(target)) {
-        seen.unobserve(target);
-        draw(target);
-      }
+      if (!isIntersecting) continue;
+      seen.unobserve(target);
+      if (!charts.has(target)) draw(target);
     }
   }, { rootMargin: "300px" });
   figures.forEach((figure) => seen.observe(figure));
+  whenNeeded(part, figures, draw, charts);
+}
+
+// draws each chart when it is gone to, again in other colours, and as wide as there is room
+function whenNeeded(part, figures, draw, charts) {
+  const drawn = () => figures.filter((figure) => charts.has(figure)).map((figure) => [figure, charts.get(figure)]);
   chartsInOneStop(figures);
   part.addEventListener("focusin", ({ target }) => {
     const figure = target.closest(".chart");
-    if (!figures.includes(figure) || charts.has(figure)) return;
-    seen.unobserve(figure);
-    draw(figure);
+    if (figures.includes(figure) && !charts.has(figure)) draw(figure);
   });
   new ResizeObserver(() => {
-    for (const [figure, chart] of charts) {
+    for (const [figure, chart] of drawn()) {
       const host = figure.querySelector(".plot");
       chart.setSize({ width: host.clientWidth, height: host.clientHeight || HEIGHT });
     }
   }).observe(part);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-    for (const [figure, chart] of [...charts]) {
+    for (const [figure, chart] of drawn()) {
       chart.destroy();
       draw(figure);
     }

@@ -13,8 +13,10 @@ const NEAR = 0.01; // |z1| from which on the output has settled
 
 const given = JSON.parse(document.getElementById("playground-data").textContent);
 const playground = document.getElementById("playground");
+const first = document.getElementById("first"); // with some of the charts and sliders
 const form = playground.querySelector("form");
-const sliders = all("input[type=range]", form);
+const forms = [form, first.querySelector("form")];
+const sliders = forms.flatMap((one) => all("input[type=range]", one));
 const camel = (name) => name.replace(/_(.)/g, (_, letter) => letter.toUpperCase());
 
 // ---- What is set ----
@@ -27,6 +29,9 @@ function settingOf({ start = firstStart, mistake = "", constants = {} }) {
   const { reference, constants: own } = given.starts[start];
   return { start, mistake: `${reference}/${mistake}` in programs ? mistake : "", constants: { ...own, ...constants } };
 }
+
+// whether anything but the first start is set
+const isSet = () => setting.start !== firstStart || setting.mistake !== "" || changed(setting).length > 0 || panels.has(firstCharts[0]);
 
 // the constants that are not those of the start
 function changed({ start, constants }) {
@@ -137,18 +142,26 @@ let now = null; // with its columns
 let before = null;
 let kept = [];
 
-function tell({ of, end, fails, z1, V, sum, ...run }) {
+// what became of a run: text, and symbols as the page sets them; the right program fails by its step alone, says the theorem
+function tell({ of, end, fails, z1, sum, trajectory, stride, ...run }) {
+  const why = of.mistake ? ["the theorem’s ", typeset("V"), "′ is not this loop’s"]
+    : [`the step of RK4, ${short(trajectory[1].t / stride)} s, is too long for these constants`];
   const balanced = Math.abs(sum.at(-1) - sum[0]) < 1e-3 * sum[0];
-  const budget = balanced ? "V and what is dissipated add up to V(0)." : "V and what is dissipated do not add up to V(0): the theorem's V′ is not this loop's.";
-  if (fails) return `The integration fails after ${end.toFixed(2)} s: the state is no longer finite. The curves go as far as it does. ${budget}`;
-  const estimates = given.estimates.map((name, i) => `${letters(name)} = ${short(run[name].at(-1))}, ${letters(given.truth[i].replace("_true", ""))} = ${short(of.constants[given.truth[i]])}`);
-  return `At ${end.toFixed(0)} s: ${[`z₁ = ${short(z1.at(-1))}`, ...estimates].join(", ")}. ${budget}`;
+  const budget = [typeset("V"), ` and what is dissipated ${balanced ? "" : "do not "}add up to `, typeset("V"), "(0)", ...balanced ? [] : [": ", ...why], "."];
+  if (fails) return [`The integration fails after ${end.toFixed(2)} s: the state is no longer finite. The curves go as far as it does. `, ...budget];
+  const estimates = given.estimates.flatMap((name, i) =>
+    [", ", typeset(name), ` = ${short(run[name].at(-1))}, `, typeset(given.truth[i].replace("_true", "")), ` = ${short(of.constants[given.truth[i]])}`]);
+  return [`At ${end.toFixed(0)} s: `, typeset("z1"), ` = ${short(z1.at(-1))}`, ...estimates, ". ", ...budget];
 }
+
+// a symbol, from the list of all of them
+const typeset = (name) => document.querySelector(`#symbols [data-means="${name}"] .katex`).cloneNode(true);
 
 // ---- Charts ----
 
 const panels = new Map(); // figure: chart, of those over time
 const planes = all(".plane", playground);
+const firstCharts = all(".chart", first); // pictures until something is set
 const kindOf = (figure) => given.drawings[figure.dataset.drawing];
 const colours = ["--accent", "--second", "--third", "--quiet"];
 const keptColours = ["--kept-0", "--kept-1"];
@@ -296,21 +309,23 @@ function levelOf(up) {
 
 // a change of the setting: the run before stays as a ghost; while a slider is dragged it is the one before the drag
 let dragging = false;
+const leave = () => { before = now ?? drawnRun(runOf(setting)); };
 function change(to) {
-  if (!dragging) before = now;
+  if (!dragging) leave();
   setting = to;
   update();
 }
 
 // first what is measured and drawn, then what is written: the other way round the page would be laid out twice
 function update() {
-  const seen = [...panels.keys(), ...planes].filter((figure) => !dragging || onScreen.has(figure));
   now = drawnRun(runOf(setting, dragging ? STRIDE : 1));
   if (!dragging) settle();
+  const seen = [...panels.keys(), ...planes].filter((figure) => !dragging || onScreen.has(figure));
+  if (isSet()) firstCharts.filter((figure) => !panels.has(figure) && (!dragging || onScreen.has(figure))).forEach(drawPanel);
   for (const figure of seen) if (panels.has(figure)) refresh(figure, panels.get(figure));
   for (const figure of seen) if (!panels.has(figure)) drawPlane(figure);
-  playground.querySelector(".outcome").textContent = tell(now);
-  for (const slider of dragging ? [moved] : sliders) showSlider(slider);
+  for (const place of all(".outcome")) place.replaceChildren(...tell(now));
+  for (const slider of sliders.filter(({ name }) => !dragging || name === moved)) showSlider(slider);
   if (!dragging) showSetting();
 }
 
@@ -319,7 +334,7 @@ const onScreen = new Set();
 const watching = new IntersectionObserver((entries) => {
   for (const { target, isIntersecting } of entries) onScreen[isIntersecting ? "add" : "delete"](target);
 });
-for (const figure of all(".chart", playground)) watching.observe(figure);
+for (const figure of all("[data-drawing]")) watching.observe(figure);
 
 function showSetting() {
   for (const part of all(".changed", playground)) {
@@ -329,7 +344,7 @@ function showSetting() {
     radio.checked = radio.value === setting.mistake;
     radio.disabled = !(`${given.starts[setting.start].reference}/${radio.value}` in programs);
   }
-  for (const button of all(".start", form)) press(button, button.dataset.start === setting.start && changed(setting).length === 0);
+  for (const button of forms.flatMap((one) => all(".start", one))) press(button, button.dataset.start === setting.start && changed(setting).length === 0);
 }
 
 // what takes longer, and is not asked for within a frame
@@ -376,16 +391,16 @@ function showRuns() {
 }
 
 let waiting = false;
-let moved = null; // the slider
-form.addEventListener("input", ({ target }) => {
+let moved = ""; // the constant
+function move({ target }) {
   if (target.type === "radio") {
     change(settingOf({ ...setting, mistake: target.value }));
     return;
   }
   const value = target.dataset.logarithmic === undefined ? Number(target.value) : 10 ** Number(target.value);
-  if (!dragging) before = now;
+  if (!dragging) leave();
   dragging = true;
-  moved = target;
+  moved = target.name;
   setting = { ...setting, constants: { ...setting.constants, [target.name]: Number(value.toPrecision(3)) } };
   if (waiting) return;
   waiting = true;
@@ -393,15 +408,17 @@ form.addEventListener("input", ({ target }) => {
     waiting = false;
     update();
   });
-});
-form.addEventListener("change", ({ target }) => {
+}
+function letGo({ target }) {
   if (target.type === "radio" || !dragging) return;
   dragging = false;
   requestAnimationFrame(update);
-});
-form.addEventListener("submit", (event) => event.preventDefault());
-for (const button of all(".start", form)) {
-  button.addEventListener("click", () => change(settingOf({ start: button.dataset.start })));
+}
+for (const one of forms) {
+  one.addEventListener("input", move);
+  one.addEventListener("change", letGo);
+  one.addEventListener("submit", (event) => event.preventDefault());
+  for (const button of all(".start", one)) button.addEventListener("click", () => change(settingOf({ start: button.dataset.start })));
 }
 for (const details of all("[data-question]", playground)) {
   details.addEventListener("toggle", () => {
@@ -428,6 +445,9 @@ const askedPeriod = (address.get("pt") ?? "").split("~").map(Number);
 if (askedPeriod.length === 2 && askedPeriod.every(Number.isFinite) && askedPeriod[0] < askedPeriod[1]) period = askedPeriod;
 
 whenSeen(playground, all(".chart:not(.plane)", playground), drawPanel, panels);
+whenNeeded(first, firstCharts, drawPanel, panels);
+for (const slider of forms[1].elements) if (slider.name) showSlider(slider);
+if (isSet()) update();
 new ResizeObserver(() => {
   if (now !== null) planes.forEach((figure) => drawPlane(figure));
 }).observe(playground);
