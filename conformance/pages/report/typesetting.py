@@ -58,6 +58,8 @@ def with_classes(equation: str, styles: dict[str, str], short: Mapping[str, str]
         classes = [short[name] for name in (found["class"] or "").split() if name in short]
         if found["style"]:
             classes.append(styles.setdefault(found["style"], f"_{len(styles)}"))
+        if len(classes) == 1:
+            return f"<span class={classes[0]}"  # a single word needs no quotes in HTML
         return f'<span class="{" ".join(classes)}"' if classes else "<span"
 
     html = equation.replace(' xmlns="http://www.w3.org/1998/Math/MathML"', "")  # which HTML knows by itself
