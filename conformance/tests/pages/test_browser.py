@@ -762,7 +762,7 @@ def write_csv(page: Page, path: Path) -> Path:
 
 @pytest.mark.parametrize("experiment", [LESSON, NO_EXCITATION, PROBLEM_6], ids=lambda experiment: experiment.name)
 def test_playground_passes_every_check(page: Page, experiment: Experiment, tmp_path: Path) -> None:
-    page.locator(f"[data-start={experiment.name}]").click()
+    page.locator(f"#playground [data-start={experiment.name}]").click()
     verdict = judge_file(write_csv(page, tmp_path / "playground.csv"), experiment)
     assert verdict.conforms, verdict.reason
 
