@@ -182,6 +182,70 @@ def test_inaccessible_page_would_be_refused(browser: Browser) -> None:
     bare.close()
 
 
+# ---- Light and dark ----
+
+COLOURS = "['backgroundColor', 'color'].map((name) => getComputedStyle(document.body)[name])"
+LIGHT, DARK = ["rgb(255, 255, 255)", "rgb(26, 29, 33)"], ["rgb(17, 20, 24)", "rgb(230, 233, 237)"]
+FRAMES = """frames = [];
+  (function look() {
+    if (document.body) frames.push(getComputedStyle(document.documentElement).colorScheme);
+    if (frames.length < 5) requestAnimationFrame(look);
+  })();"""
+NOTHING_KEPT = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('not allowed'); } })"
+
+
+def test_reader_turns_light_over_to_dark_and_finds_it_so_again(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, (1440, 900, "light"))
+    page, switch = other.page, other.page.locator("#scheme")
+    show_charts(page.locator("#trajectories [data-signal=x1], #playground [data-drawing=output]"))
+    page.evaluate("document.getElementById('exercise-problem-6').open = true")
+    show_charts(page.locator("#exercise-problem-6 .chart"))
+    charts = [f"#{part} .chart canvas" for part in ("trajectories", "playground", "exercise-problem-6")]
+    drawn_as = [[page.locator(chart).first.evaluate("(canvas) => canvas.toDataURL()") for chart in charts]]
+    assert page.evaluate(COLOURS) == LIGHT and switch.get_attribute("aria-pressed") == "false"
+    for colours, pressed in ((DARK, "true"), (LIGHT, "false"), (DARK, "true")):
+        switch.click()
+        assert page.evaluate(COLOURS) == colours and switch.get_attribute("aria-pressed") == pressed
+        drawn(page)
+        drawn_as.append([page.locator(chart).first.evaluate("(canvas) => canvas.toDataURL()") for chart in charts])
+    assert drawn_as[0] == drawn_as[2] and drawn_as[1] == drawn_as[3]
+    assert all(light != dark for light, dark in zip(*drawn_as[:2], strict=True))
+    page.add_init_script(FRAMES)
+    page.reload()
+    page.wait_for_function("frames.length === 5")
+    assert set(page.evaluate("frames")) == {"dark"}, "it was drawn in other colours at first"
+    assert switch.get_attribute("aria-pressed") == "true"
+    switch.click()  # as the system has it again, whatever that comes to be
+    page.emulate_media(color_scheme="dark")
+    assert page.evaluate(COLOURS) == DARK and switch.get_attribute("aria-pressed") == "true"
+    assert other.complaints == []
+    page.context.close()
+
+
+def test_colours_can_be_chosen_where_nothing_is_kept(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, (390, 800, "dark"))
+    other.page.add_init_script(NOTHING_KEPT)
+    other.page.reload()
+    assert other.page.evaluate(COLOURS) == DARK
+    other.page.locator("#scheme").click()
+    assert other.page.evaluate(COLOURS) == LIGHT and other.complaints == []
+    other.page.context.close()
+
+
+def test_paper_is_light_and_without_script_it_is_as_the_system_has_it(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, (1440, 900, "light"))
+    other.page.locator("#scheme").click()
+    for system in ("light", "dark"):
+        other.page.emulate_media(media="print", color_scheme=system)
+        assert other.page.evaluate(COLOURS) == LIGHT
+    other.page.context.close()
+    bare = browser.new_page(java_script_enabled=False, color_scheme="dark")
+    bare.goto(report.as_uri())
+    background = bare.locator("body").evaluate("(body) => getComputedStyle(body).backgroundColor")
+    assert background == DARK[0] and not bare.locator("#scheme").is_visible()
+    bare.close()
+
+
 # ---- Ways in ----
 
 

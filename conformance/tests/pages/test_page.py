@@ -176,16 +176,19 @@ def test_contrast_is_that_of_the_standard() -> None:
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_colours_of_the_code_stand_out(scheme: str, html: str) -> None:
     """On the background of the code, which axe is not asked about for want of time."""
-    css = (HERE / "static" / "frame.css").read_text()
-    light, dark = re.findall(r"--raised: (#\w+);", css)
-    background = {"light": light, "dark": dark}[scheme]
-    first, _, second = highlighting().partition("@media")
+    pair, of = r"light-dark\((#\w+), (#\w+)\)", ("light", "dark").index(scheme)
+    background = re.findall(rf"--raised: {pair}", (HERE / "static" / "frame.css").read_text())[0][of]
     used = set(re.findall(r'<span class="(\w+)">', html))
-    colours = dict(re.findall(r"\.code \.(\w+) \{[^}]*(?<!-)color: (#\w+)", {"light": first, "dark": second}[scheme]))
+    colours = {kind: of_both[of] for kind, *of_both in re.findall(rf"\.code \.(\w+) {{ color: {pair}", highlighting())}
     assert len(used & colours.keys()) > 5
     assert {
         kind: colour for kind, colour in colours.items() if kind in used and contrast(colour, background) < 4.5
     } == {}
+
+
+def test_colours_are_said_once_for_light_and_dark(html: str) -> None:
+    """A second place would not hear of the reader's choice."""
+    assert html.count("light-dark(") > 30 and html.count("prefers-color-scheme") == 1  # by which the script starts
 
 
 def test_port_in_an_unknown_language_shows_its_code(tmp_path: Path) -> None:

@@ -8,14 +8,23 @@ const ROOM = 0.06; // share of the values' range above and below them
 
 const data = JSON.parse(document.getElementById("data").textContent);
 
-function css(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+// a colour as it is now, light or dark, for what knows no names: a canvas
+const inks = new Map();
+const probe = document.body.appendChild(Object.assign(document.createElement("span"), { hidden: true }));
+addEventListener("scheme", () => inks.clear());
+
+function ink(colour) {
+  if (!inks.has(colour)) {
+    probe.style.color = colour;
+    inks.set(colour, getComputedStyle(probe).color);
+  }
+  return inks.get(colour);
 }
 
-// a colour of the page, mostly let through; alpha in two hexadecimal digits
-function faint(name, alpha = "40") {
-  return css(name) + alpha;
-}
+const css = (name) => ink(`var(${name})`);
+
+// a colour of the page, mostly let through
+const faint = (name, percent) => ink(`color-mix(in srgb, var(${name}) ${percent}%, transparent)`);
 
 // base64 of single-precision numbers; NaN becomes a gap
 function unpack(text) {
@@ -46,7 +55,7 @@ function powers(u, splits) {
 }
 
 function axis(label, size, space) {
-  const font = `12px ${css("--sans")}`;
+  const font = `12px ${getComputedStyle(document.body).fontFamily}`;
   const line = { stroke: css("--rule"), width: 1 };
   return { label, size, space, font, labelFont: font, labelSize: label ? 18 : 0, labelGap: 0, stroke: css("--quiet"),
            grid: line, ticks: { ...line, size: 4 } };
@@ -215,7 +224,7 @@ function whenNeeded(part, figures, draw, charts) {
       chart.setSize({ width: host.clientWidth, height: host.clientHeight || HEIGHT });
     }
   }).observe(part);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  addEventListener("scheme", () => {
     for (const [figure, chart] of drawn()) {
       chart.destroy();
       draw(figure);

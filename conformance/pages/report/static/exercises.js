@@ -7,23 +7,21 @@ const exercises = JSON.parse(document.getElementById("exercise-data").textConten
 function drawExercise(details) {
   const curves = exercises[details.dataset.exercise];
   const t = grid.filter((_, i) => i % 2 === 0).map((time) => time / data.horizon * curves.seconds); // every other of the curves above
-  const charts = [];
+  const charts = new Map(); // figure: chart
   const zoomed = (from, to) => charts.forEach((chart) => chart.setScale("x", { min: from, max: to }));
-  for (const figure of all(".chart", details)) {
+  const draw = (figure) => {
     const { signal, beside, axis: name } = figure.dataset;
     const besides = { reference: () => unpack(curves.reference), theta: () => t.map(() => curves.theta) };
-    charts.push(makeChart(figure, t, [
+    charts.set(figure, makeChart(figure, t, [
       { label: beside, values: besides[beside](), colour: css("--quiet"), dash: [4, 4], quiet: true },
       { label: signal, values: unpack(curves[signal]), colour: css("--accent") },
     ], { group: details.id, zoomed, name }));
-  }
-  chartsInOneStop(all(".chart", details));
+  };
+  whenSeen(details, all(".chart", details), draw, charts);
 }
 
 for (const details of all(".exercise")) {
-  details.addEventListener("toggle", () => {
-    if (details.open && all("canvas", details).length === 0) drawExercise(details);
-  });
+  details.addEventListener("toggle", () => drawExercise(details), { once: true });
 }
 
 for (const button of all("[data-play]")) {

@@ -181,7 +181,7 @@ function linesOfDrawing({ kind, signals, beside }) {
   const above = (values) => (kind === "logarithm" ? values?.map((value) => (value > 0 ? value : null)) : values);
   const lines = beside.map((name) => ({ label: name, values: padded(now[name]), colour: css("--quiet"), dash: [4, 4], width: 1.25, quiet: true }));
   if (kind === "logarithm") {
-    lines.push({ label: "floor", values: padded(above(now.floor)), colour: css("--quiet"), width: 0.75, quiet: true, fill: faint("--quiet"), fillTo: (u) => u.scales.y.min });
+    lines.push({ label: "floor", values: padded(above(now.floor)), colour: css("--quiet"), width: 0.75, quiet: true, fill: faint("--quiet", 25), fillTo: (u) => u.scales.y.min });
   }
   for (const [run, colour, dash] of others()) {
     for (const name of signals) lines.push({ label: `${name} of another run`, values: padded(above(run?.[name])), colour: css(colour), width: 1.25, dash, quiet: true });
@@ -190,18 +190,18 @@ function linesOfDrawing({ kind, signals, beside }) {
     lines.push({ label: "V(0)", values: padded(now.sum.map(() => now.sum[0])), colour: css("--quiet"), dash: [4, 4], width: 1, quiet: true });
     lines.push({ label: "with what is dissipated", values: padded(now.sum), colour: css("--quiet"), width: 0.75 });
     lines.push({ label: "V", values: padded(now.V), colour: css("--accent") });
-    lines.push({ label: "of it θ̃", values: padded(now.ofParameters), colour: faint("--second", "c0"), width: 1, fill: faint("--second", "55") });
+    lines.push({ label: "of it θ̃", values: padded(now.ofParameters), colour: faint("--second", 75), width: 1, fill: css("--of-parameters") });
     return lines;
   }
   signals.forEach((name, i) => lines.push({ label: letters(name), values: padded(above(now[name])), colour: css(colours[i % colours.length]),
-    ...(kind === "rate" ? { fill: faint("--quiet", "38"), fillTo: 0, label: "V′" } : {}) }));
+    ...(kind === "rate" ? { fill: faint("--quiet", 22), fillTo: 0, label: "V′" } : {}) }));
   return lines;
 }
 
 function bandsOf({ kind, beside }) {
   if (kind !== "budget") return [];
   const first = 1 + beside.length + others().length + 1; // of the sum; V and the share of the estimates follow
-  return [{ series: [first, first + 1], fill: faint("--quiet", "2a") }, { series: [first + 1, first + 2], fill: faint("--accent", "45") }];
+  return [{ series: [first, first + 1], fill: css("--lost") }, { series: [first + 1, first + 2], fill: css("--of-errors") }];
 }
 
 // least and largest value; of runs that fail, before their last moments

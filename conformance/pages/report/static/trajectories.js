@@ -14,7 +14,8 @@ function linesOf({ signal, beside, logarithmic }) {
   const ports = portButtons.filter((button) => button.dataset.port in data.ports).map((button) => ({
     port: button.dataset.port,
     label: button.textContent.trim(),
-    colour: getComputedStyle(button).getPropertyValue("--colour"),
+    colour: ink(button.style.getPropertyValue("--colour")),
+    key: button.style.getPropertyValue("--colour"),
   }));
   const quiet = { colour: css("--quiet"), dash: [4, 4], width: 1.25, quiet: true };
   const constant = (value) => (ofErrors ? spans : grid).map(() => value);
@@ -67,7 +68,7 @@ function showPorts(figure) {
   figure.querySelector(".keys").replaceChildren(...all(".key.beside", figure), ...leaders.map((leader) => {
     const names = programs.filter(({ group }) => group === leader.group).map(({ label }) => label);
     const key = Object.assign(document.createElement("span"), { className: "key", textContent: together(names) });
-    key.style.setProperty("--colour", leader.colour);
+    key.style.setProperty("--colour", leader.key);
     return key;
   }));
 }
