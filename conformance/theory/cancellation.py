@@ -105,7 +105,8 @@ def _terms(r: Recursion, i: int) -> Iterator[Term]:
     yield cancels(product(add(*r.estimated(i)), z), f"row {i}, as the estimate has it")
     yield cancels(negative(product(known, z)), "r moves" if i == 1 else f"{before} moves: what is known of it")
     yield _moving_estimate(r, i, name)
-    yield cancels(_growth(r, i), f"{_earlier(i)} counted on Gamma tau{i - 1}, and it has grown to Gamma tau{i}", True)
+    gain = r.experiment.gamma(1, 1) if r.p == 1 else "Gamma"
+    yield cancels(_growth(r, i), f"{_earlier(i)} counted on {gain} tau{i - 1}, and it has grown to {gain} tau{i}", True)
     yield Term(negative(product(Name(f"k{i}"), power(z, Fraction(2)))), f"{name} puts it there", Fate.STAYS)
     if i < r.n:
         yield Term(product(r.g[i], z, r.z[i + 1]), f"the cross term: {states[i]} is not alpha{i}", Fate.WAITS)

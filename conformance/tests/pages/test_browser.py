@@ -246,6 +246,56 @@ def test_paper_is_light_and_without_script_it_is_as_the_system_has_it(browser: B
     bare.close()
 
 
+# ---- As a book ----
+
+
+def test_words_of_a_heading_stand_beside_it_and_on_a_narrow_screen_below(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, (1440, 900, "light"))
+    for width, beside in ((1440, True), (1024, True), (900, False), (390, False)):
+        other.page.set_viewport_size({"width": width, "height": 900})
+        for opening in other.page.locator(".chapter:has(h2)").all():
+            heading, words = (box_of(opening.locator(part).first) for part in ("h2", "p"))
+            assert (words["x"] > width / 2 and words["x"] + words["width"] > 0.85 * width) == beside, width
+            assert (words["y"] < heading["y"] + heading["height"]) == beside, width
+    other.page.context.close()
+
+
+BROKEN = """() => [...document.querySelectorAll("main .katex")].filter((equation) => {
+  const ends = [...equation.querySelectorAll(".katex-html > *")].map((part) => part.getBoundingClientRect());
+  const after = equation.nextSibling;
+  if (after?.nodeType === Node.TEXT_NODE && /^[.,;:?!)]/.test(after.data)) {
+    const sign = new Range();
+    sign.setStart(after, 0);
+    sign.setEnd(after, 1);
+    ends.push(sign.getBoundingClientRect());
+  }
+  return equation.checkVisibility() && ends.some(({ left }, i) => i > 0 && left < ends[i - 1].left);
+}).map((equation) => equation.closest("[id]").id)"""
+
+
+@pytest.mark.parametrize("width", [390, 1024, 1440])
+def test_equation_in_a_line_is_not_broken_nor_parted_from_its_full_stop(
+    browser: Browser, report: Path, width: int
+) -> None:
+    page = open_page(browser, report, (width, 900, "light")).page
+    assert page.evaluate(BROKEN) == []
+    page.add_style_tag(content=".katex { white-space: normal !important }")
+    assert page.evaluate(BROKEN) or width > 390
+    page.context.close()
+
+
+def test_readout_stands_in_the_place_of_the_axis_name(page: Page) -> None:
+    for signal in ("x1", "error_x1"):
+        chart = page.locator(f"#trajectories [data-signal={signal}]")
+        chart.scroll_into_view_if_needed()
+        chart.locator(".u-over").hover()
+        caption, plot, readout = (box_of(chart.locator(part)) for part in ("figcaption", "canvas", ".readout"))
+        assert plot["y"] - caption["y"] - caption["height"] < 8, "a gap under the caption"
+        below = plot["y"] + plot["height"] - (readout["y"] + readout["height"])
+        assert -20 < below < 2 and readout["y"] > plot["y"] + 0.8 * plot["height"]
+    page.mouse.move(0, 0)
+
+
 # ---- Ways in ----
 
 
@@ -469,6 +519,35 @@ def test_two_clicks_set_java_beside_matlab_and_mark_what_differs(browser: Browse
     page.locator("#all-languages").click()
     assert page.locator("#row-tau2 .cell-code:visible").count() == len(PORTS)
     expect(page).not_to_have_url(re.compile("compare"))
+    page.context.close()
+
+
+@BOTH
+def test_phone_shows_one_language_and_two_that_are_compared(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, (390, 844, "light"))
+    page, cells = other.page, other.page.locator("#row-tau2 .cell-code:visible")
+    pressed = page.locator("#code [data-code][aria-pressed=true]")
+    ports = "(cells) => cells.map((cell) => cell.dataset.port)"
+    assert cells.evaluate_all(ports) == [next(name for name in SIX if name in PORTS)] and pressed.count() == 1
+    page.locator("#derivation [data-choose-lead=java]").click()
+    assert cells.evaluate_all(ports) == ["java"] and pressed.all_inner_texts() == ["Java"]
+    page.locator("[data-code=matlab]").click()
+    assert cells.evaluate_all(ports) == ["matlab"]
+    page.locator("[data-code=java]").click()
+    assert cells.evaluate_all(ports) == ["java", "matlab"] and "final" in texts(page, "differs")
+    page.reload()
+    page.evaluate(LAID_OUT)
+    assert cells.evaluate_all(ports) == ["java", "matlab"] and pressed.count() == 2
+    page.locator("#all-languages").click()
+    assert cells.count() == pressed.count() == len(PORTS)
+    page.reload()
+    page.evaluate(LAID_OUT)
+    assert cells.count() == len(PORTS), "all, as he has chosen"
+    page.goto(report.as_uri())
+    page.evaluate(LAID_OUT)
+    page.set_viewport_size({"width": 1200, "height": 800})
+    expect(cells).to_have_count(len(PORTS))
+    assert other.complaints == []
     page.context.close()
 
 
@@ -765,6 +844,36 @@ def test_charts_and_answers_are_there_without_script_and_on_paper(browser: Brows
     assert not page.locator("#trajectories .uplot").first.is_visible()
     page.emulate_media(media="screen")
     assert not page.locator("#trajectories .still").first.is_visible()
+
+
+ON_PAPER = {  # what is there, and what is not
+    ".whole pre": True,
+    ".questions details p": True,
+    ".exercise pre": True,
+    "#verdict .cell:not(.self) .figure": True,
+    ".playground .chart .still": True,
+    ".hint": False,
+    ".inspector": False,
+    "main button:not(.cell, #symbols *)": False,
+    ".look a": False,
+}
+WITHIN = """(pictures) => pictures.every((picture) => {
+  const { left, right } = picture.getBoundingClientRect();
+  return left >= 0 && right <= innerWidth;
+})"""
+
+
+def test_paper_has_what_is_folded_away_and_no_hint_for_the_hand(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, (720, 1000, "light"))  # about as wide as a sheet
+    page = other.page
+    assert not page.locator(".whole pre").first.is_visible() and page.locator(".hint").first.is_visible()
+    page.emulate_media(media="print")
+    for places, there in ON_PAPER.items():
+        assert page.locator(places).count(), places
+        seen = [place.is_visible() for place in page.locator(places).all()]
+        assert all(seen) if there else not any(seen), places
+    assert page.locator(".playground .still").evaluate_all(WITHIN), "charts beyond the edge of the sheet"
+    page.context.close()
 
 
 # ---- Exercises ----

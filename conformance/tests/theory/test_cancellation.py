@@ -126,3 +126,10 @@ def test_steps_of_the_lesson_are_its_own() -> None:
     assert [t.by for t in second.terms] == ["u", "u", "u", "", "tau2", "theta_hat_dot"]
     assert juxtaposed(second.left) == "-k1 z1^2 - k2 z2^2"
     assert juxtaposed(first.left) == "-k1 z1^2 + z1 z2 - theta_tilde (phi z1 - theta_hat_dot/gamma)"
+
+
+@pytest.mark.parametrize(("plant", "gain"), [("chain_4", "gamma"), ("problem_1c", "Gamma")])
+def test_gain_of_one_parameter_has_its_name_and_that_of_several_is_a_matrix(plant: str, gain: str) -> None:
+    causes = [term.cause for step in cancellation(experiment(plant)) for term in step.terms]
+    grown = [cause for cause in causes if "counted on" in cause]
+    assert grown and all(f"counted on {gain} tau" in cause and f"grown to {gain} tau" in cause for cause in grown)

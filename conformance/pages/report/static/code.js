@@ -5,17 +5,22 @@
 const codeButtons = all("[data-code]");
 const codeSection = document.getElementById("code");
 
+const everyProgram = codeButtons.map((button) => button.dataset.code);
+const narrow = matchMedia("screen and (width <= 800px)");
+let chosenCode = []; // by the reader
+
+// until he chooses every program is shown, on a narrow screen that of the derivation's language alone
 function shownCode() {
-  return codeButtons.filter(pressed).map((button) => button.dataset.code);
+  if (chosenCode.length > 0) return chosenCode;
+  return everyProgram.filter((name) => !narrow.matches || name === document.documentElement.dataset.lead);
 }
 
-function showCode(names) {
-  keepingPlace(() => {
-    for (const button of codeButtons) press(button, names.includes(button.dataset.code));
-    for (const place of all("[data-port]:not(button)", codeSection)) place.hidden = !names.includes(place.dataset.port);
-    codeSection.classList.toggle("two", names.length === 2);
-    markDifferences(names);
-  });
+function showCode() {
+  const names = shownCode();
+  for (const button of codeButtons) press(button, names.includes(button.dataset.code));
+  for (const place of all("[data-port]:not(button)", codeSection)) place.hidden = !names.includes(place.dataset.port);
+  codeSection.dataset.shown = names.length;
+  markDifferences(names);
 }
 
 // the names and signs of a piece of code, each with where it stands, and its symbol where it is one
@@ -111,25 +116,27 @@ function markDifferences(names) {
 }
 
 function choose(names) {
-  showCode(names);
-  address.set({ compare: names.length === codeButtons.length ? null : names.join(",") });
+  keepingPlace(() => {
+    chosenCode = names;
+    showCode();
+  });
+  address.set({ compare: names.join(",") || null });
 }
 
-const everyProgram = codeButtons.map((button) => button.dataset.code);
 for (const button of codeButtons) {
   button.addEventListener("click", () => {
     const name = button.dataset.code;
-    const names = shownCode();
-    if (names.length === everyProgram.length) choose([name]); // of all, the first choice
-    else if (names.includes(name)) choose(names.length > 1 ? names.filter((other) => other !== name) : everyProgram);
-    else choose(everyProgram.filter((other) => other === name || names.includes(other)));
+    if (chosenCode.length === everyProgram.length) choose([name]); // of all, the first choice
+    else choose(everyProgram.filter((other) => chosenCode.includes(other) !== (other === name)));
   });
 }
-document.getElementById("all-languages")?.addEventListener("click", () => choose(everyProgram));
+document.getElementById("all-languages")?.addEventListener("click", () => choose(narrow.matches ? everyProgram : []));
 address.obey("compare", (asked) => {
   const names = everyProgram.filter((name) => asked.split(",").includes(name));
   if (names.length > 0) choose(names);
 });
+narrow.addEventListener("change", showCode);
+if (narrow.matches) showCode();
 
 for (const button of all(".copy")) {
   button.addEventListener("click", async () => {

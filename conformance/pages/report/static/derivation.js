@@ -6,7 +6,10 @@ const leadButtons = all("[data-choose-lead]");
 
 function chooseLead(name) {
   if (!leadButtons.some((button) => button.dataset.chooseLead === name)) return;
-  keepingPlace(() => { document.documentElement.dataset.lead = name; });
+  keepingPlace(() => {
+    document.documentElement.dataset.lead = name;
+    if (narrow.matches) showCode(); // as the statements beside the derivation
+  });
   address.set({ in: name });
   for (const button of leadButtons) press(button, button.dataset.chooseLead === name);
 }
