@@ -24,6 +24,8 @@ SPANS = np.concatenate([np.linspace(0, 0.2, 20, endpoint=False), np.linspace(0.2
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 SAME = 0.005  # share of the largest value, by which curves that are drawn as one may differ
 CLOSE = 1.05  # factor by which they may, on a logarithmic axis
+EXACT = "var(--text)"  # the exact solution: a thin line, in the bands of the programs that lie on it
+BAND = "color-mix(in srgb, {} 75%, transparent)"
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,8 @@ class Panel:
     @property
     def dashed(self) -> str:
         """What is drawn beside it, in plain letters."""
-        return {"reference": "r", "tolerance": "tolerance"}.get(self.beside) or said(self.beside)
+        known = {"reference": "r", "tolerance": "tolerance, same colour"}
+        return known.get(self.beside) or said(self.beside)
 
 
 def panels(e: Experiment) -> tuple[Panel, ...]:
@@ -138,9 +141,14 @@ def pictures(
     known: dict[str, Array],
     drawn: Mapping[str, Mapping[str, Array]],
     bounds: Mapping[str, Mapping[str, float]],
+    lines: Mapping[str, Iterable[str]],
     colours: int,
 ) -> dict[str, Markup]:
-    """The charts of all programs as vectors, by signal; `known` are the exact curves, `bounds` the tolerances."""
+    """The charts of all programs as vectors, by signal.
+
+    `known` are the exact curves, `bounds` the tolerances, `lines` the programs whose curves are drawn, by signal. Of
+    tolerances that are the same, that of the first program is seen.
+    """
     t, spans = GRID * solution.setting.horizon, SPANS * solution.setting.horizon
     exact = known | {
         name: np.full_like(t, value)
@@ -152,15 +160,16 @@ def pictures(
         of_errors, state = panel.beside == "tolerance", panel.signal.removeprefix("error_")
         beside = [(exact[panel.beside], "var(--quiet)")] if panel.beside in exact else []
         if of_errors:
-            beside = [(np.full(spans.size - 1, bounds[n][state]), colour[n]) for n in drawn if state in bounds[n]]
-        lines = [(drawn[name][panel.signal], colour[name]) for name in leaders(drawn, panel)]
+            whose = [name for name in reversed([*drawn]) if state in bounds[name]]
+            beside = [(np.full(spans.size - 1, bounds[name][state]), colour[name]) for name in whose]
+        own = [(drawn[name][panel.signal], colour[name]) for name in lines[panel.signal]]
         shape = stepped if of_errors else np.asarray
         found[panel.signal] = picture(
             np.repeat(spans, 2)[1:-1] if of_errors else t,
             [
                 *(Line(shape(values), of, 1.25, "4 4") for values, of in beside),
-                *(Line(shape(values), of) for values, of in lines),
-                *([Line(exact[panel.signal], "var(--text)", 0.75)] if panel.signal in exact else []),
+                *(Line(shape(v), of) if of_errors else Line(v, BAND.format(of), 5) for v, of in own),
+                *([] if of_errors else [Line(exact[panel.signal], EXACT, 1)]),
             ],
             f"{panel.signal.replace('_', ' ')} over time, of {', '.join(drawn)}",
             panel.logarithmic,
@@ -183,12 +192,16 @@ def leaders(drawn: Mapping[str, Mapping[str, Array]], panel: Panel) -> dict[str,
 
 
 def legend(
-    drawn: Mapping[str, Mapping[str, Array]], panel: Panel, languages: Mapping[str, str], colours: int
+    panel: Panel, found: Mapping[str, Iterable[str]], languages: Mapping[str, str], colours: int
 ) -> list[tuple[str, str]]:
-    """The colour of each curve that is drawn, and the languages that lie on it; `languages` are of all programs."""
+    """The colour of each curve that is drawn, and what it is: the exact solution, or the languages that lie on it.
+
+    `found` are the panel's leaders, `languages` those of all programs.
+    """
     colour = {name: f"var(--colour-{i % colours})" for i, name in enumerate(languages)}
-    found = leaders(drawn, panel)
-    return [(colour[leader], together([languages[name] for name in names])) for leader, names in found.items()]
+    exact = [] if panel.beside == "tolerance" else [(EXACT, "exact")]
+    own = [(colour[leader], together([languages[name] for name in names])) for leader, names in found.items()]
+    return exact + own
 
 
 def together(names: Sequence[str]) -> str:

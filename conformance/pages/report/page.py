@@ -21,7 +21,6 @@ from conformance.pages.report.campaigns import campaigns
 from conformance.pages.report.curves import (
     GRID,
     SPANS,
-    Panel,
     curves,
     error_panels,
     exact_curves,
@@ -234,15 +233,17 @@ def trajectories(
     drawn = {v.name: curves(solution, v.trajectory) for v in verdicts if v.trajectory}
     bounds = {v.name: {state: result.bound for state, result in v.errors.items()} for v in verdicts}
     signals, of_errors, known = panels(experiment), error_panels(experiment), exact_curves(solution)
+    charts = (*signals, *of_errors)
+    lines = {panel.signal: leaders(drawn, panel) for panel in charts}
     return {
         "panels": signals,
         "error_panels": of_errors,
         "points": GRID.size,
         "drawn": list(drawn),
-        "pictures": pictures((*signals, *of_errors), solution, known, drawn, bounds, COLOURS),
-        "keys": {p.signal: legend(drawn, p, languages, COLOURS) for p in (*signals, *of_errors)},
+        "pictures": pictures(charts, solution, known, drawn, bounds, lines, COLOURS),
+        "keys": {panel.signal: legend(panel, lines[panel.signal], languages, COLOURS) for panel in charts},
         "horizon": f"{solution.setting.horizon:g}",
-        "data": Markup(embedded(data(solution, known, drawn, bounds, (*signals, *of_errors)))),
+        "data": Markup(embedded(data(solution, known, drawn, bounds, lines))),
     }
 
 
@@ -339,11 +340,11 @@ def data(
     known: Mapping[str, Array],
     drawn: Mapping[str, Mapping[str, Array]],
     bounds: Mapping[str, Mapping[str, float]],
-    charts: Iterable[Panel],
+    lines: Mapping[str, Mapping[str, Iterable[str]]],
 ) -> dict[str, Any]:
     """What the scripts draw: curves in single precision, base64, on one grid, errors by spans; tolerances by column.
 
-    "on" says of each signal and program on whose curve its own lies.
+    "on" says of each signal and program on whose curve its own lies, as `lines` do by signal and leader.
     """
     setting = solution.setting
     return {
@@ -352,7 +353,7 @@ def data(
         **packed({"grid": GRID * setting.horizon, "spans": SPANS * setting.horizon}),
         "exact": packed(known),
         "ports": {name: packed(values) for name, values in drawn.items()},
-        "on": {p.signal: {n: of for of, names in leaders(drawn, p).items() for n in names} for p in charts},
+        "on": {signal: {n: of for of, names in found.items() for n in names} for signal, found in lines.items()},
         "tolerance": bounds,
     }
 

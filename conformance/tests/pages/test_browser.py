@@ -809,9 +809,27 @@ def test_two_fingers_zoom_a_chart(browser: Browser, report: Path) -> None:
 
 @pytest.mark.skipif(len(PORTS) < len(SIX), reason="PORTS leaves out some")
 def test_legend_says_which_programs_lie_on_one_another(page: Page) -> None:
-    assert page.locator("#trajectories [data-signal=x1] .key").all_inner_texts() == ["r", "all 6 on one line"]
+    assert page.locator("#trajectories [data-signal=x1] .key").all_inner_texts() == ["r", "exact", "all 6 on one line"]
     keys = page.locator("#trajectories [data-signal=error_x1] .key").all_inner_texts()
-    assert "C++, Java on one line" in keys and len(keys) > 2
+    assert keys[0] == "tolerance, same colour" and "C++, Java on one line" in keys and len(keys) > 3
+
+
+def test_exact_solution_is_seen_in_the_band_of_the_programs(page: Page) -> None:
+    """In most columns of pixels, ink that is darker than what is two pixels above and below it."""
+    show_charts(page.locator("#trajectories [data-signal=x1]"))
+    share = page.evaluate(
+        """() => {
+          const canvas = document.querySelector("#trajectories [data-signal=x1] canvas"), { width, height } = canvas;
+          const points = canvas.getContext("2d").getImageData(0, 0, width, height).data;
+          const at = (x, y, i) => points[4 * (y * width + x) + i];
+          const band = (x, y) => at(x, y, 3) > 150 && at(x, y, 2) - at(x, y, 0) > 90;
+          const line = (x, y) => at(x, y, 3) > 150 && at(x, y, 2) < 110 && at(x, y, 0) < 60;
+          const among = (x) => [...Array(height).keys()].some((y) => y > 2 && y < height - 3
+            && line(x, y) && band(x, y - 2) && band(x, y + 2));
+          return [...Array(width).keys()].filter(among).length / width;
+        }"""
+    )
+    assert share > 0.5
 
 
 TOO_SMALL = """() => [...document.querySelectorAll("#trajectories, #exercises, #playground")].flatMap((part) =>

@@ -17,7 +17,7 @@ from sympy.parsing.sympy_parser import parse_expr
 from conformance.judging.checks import Result
 from conformance.judging.trajectory import load
 from conformance.judging.verdict import Verdict, judge_file
-from conformance.pages.report.curves import GRID, SPANS, Panel, curves, leaders, legend, pictures, signals
+from conformance.pages.report.curves import BAND, EXACT, GRID, SPANS, Panel, curves, leaders, legend, pictures, signals
 from conformance.pages.report.evidence import DECADES, cell, errors, in_words, outcome
 from conformance.pages.report.exercises import marked, solved
 from conformance.pages.report.listing import highlighted, highlighting
@@ -404,9 +404,33 @@ def test_every_chart_has_a_picture(html: str) -> None:
 def test_programs_that_lie_on_one_another_are_one_line() -> None:
     same, other = {"x": RAMP}, {"x": RAMP + 0.1}
     drawn, panel = {"a": same, "b": same, "c": other, "d": same}, Panel("x", "x", "x")
-    assert leaders(drawn, panel) == {"a": ["a", "b", "d"], "c": ["c"]}
+    found = leaders(drawn, panel)
+    assert found == {"a": ["a", "b", "d"], "c": ["c"]}
     languages = {"a": "A", "absent": "-", "b": "B", "c": "C", "d": "D"}
-    assert legend(drawn, panel, languages, 8) == [("var(--colour-0)", "A, B, D on one line"), ("var(--colour-3)", "C")]
+    own = [("var(--colour-0)", "A, B, D on one line"), ("var(--colour-3)", "C")]
+    assert legend(panel, found, languages, 8) == [(EXACT, "exact"), *own]
+    assert legend(Panel("x", "x", "x", "tolerance"), found, languages, 8) == own
+
+
+def test_exact_solution_is_a_thin_line_in_the_band_of_the_programs_and_in_the_legend(html: str) -> None:
+    section = html.partition('id="trajectories"')[2].partition("</section>")[0]
+    signals, errors = section.split('<div class="charts errors">')
+    for chart in signals.split('<figure class="chart"')[1:]:
+        drawn = re.findall(r'class="curve" style="stroke:([^;]*);stroke-width:([\d.]+)"', chart)
+        (band, wide), (line, thin) = drawn[-2:]
+        assert band in {BAND.format(f"var(--colour-{i})") for i in range(8)} and line == EXACT
+        assert float(wide) >= 3 * float(thin)
+        assert chart.count(f'style="--colour: {EXACT}">exact</span>') == 1
+    assert signals.count('<figure class="chart"') > 7 and EXACT not in errors
+
+
+def test_of_tolerances_that_are_the_same_the_first_programs_is_seen() -> None:
+    panel, known = Panel("error_x1", "", "", "tolerance", True), {name: {"error_x1": SPANS[:-1]} for name in "abc"}
+    bounds = {"a": {"x1": 1e-6}, "b": {"x1": 1e-6}, "c": {"x1": 1e-7}}
+    svg = pictures([panel], exact(LESSON), {}, known, bounds, {"error_x1": ["a"]}, 8)["error_x1"]
+    dashed = re.findall(r'stroke:([^;]*);[^"]*stroke-dasharray[^"]*" d="([^"]*)"', svg)
+    on_top = {path: colour for colour, path in dashed}
+    assert list(on_top.values()) == ["var(--colour-2)", "var(--colour-0)"]
 
 
 def test_small_values_of_a_logarithmic_chart_are_told_apart() -> None:
@@ -426,7 +450,8 @@ def test_errors_are_drawn_in_steps_each_as_high_as_the_largest_of_its_span(port:
     within = [off[(trajectory.t >= a) & (trajectory.t < b)] for a, b in pairwise([*spans[:-1], np.inf])]
     assert drawn[port.name]["error_x1"] == pytest.approx([values.max(initial=0) for values in within], rel=1e-6)
     panel = Panel("error_x1", "", "", "tolerance", True)
-    svg = pictures([panel], solution, {}, drawn, {port.name: {"x1": 1e-6}}, 8)["error_x1"]
+    lines = {"error_x1": [port.name]}
+    svg = pictures([panel], solution, {}, drawn, {port.name: {"x1": 1e-6}}, lines, 8)["error_x1"]
     (bar,), (steps,) = (points(path, "curve") for path in re.findall(r'<path class="curve".*?/>', svg))
     assert len({y for _, y in bar}) == 1
     assert all(x0 == x1 or abs(y0 - y1) < 0.5 for (x0, y0), (x1, y1) in pairwise(steps)) and len(steps) > 50

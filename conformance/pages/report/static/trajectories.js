@@ -8,6 +8,9 @@ const drawn = new Map(); // figure: chart
 const linesOn = new Map(); // figure: lines
 let period = [0, data.horizon];
 
+// a program's line, wide enough for the exact solution to be seen in it
+const band = (key) => ({ width: 5, colour: ink(`color-mix(in srgb, ${key} 75%, transparent)`) });
+
 // the curves of a figure, in drawing order: what stands beside, the programs, the exact solution
 function linesOf({ signal, beside, logarithmic }) {
   const ofErrors = beside === "tolerance";
@@ -29,13 +32,11 @@ function linesOf({ signal, beside, logarithmic }) {
   if (ofErrors) {
     const state = signal.replace("error_", "");
     lines.push(...ports.map(({ port, colour }) => ({ ...quiet, label: "tolerance", port, colour,
-      values: constant(data.tolerance[port][state] ?? null) })));
+      values: constant(data.tolerance[port][state] ?? null) })).reverse()); // of those that are the same the first is seen
   }
   lines.push(...ports.map((one) =>
-    ({ ...one, group: data.on[signal][one.port], values: known(data.ports[one.port][signal]) })));
-  if (signal in data.exact) {
-    lines.push({ label: "exact", values: known(data.exact[signal]), colour: css("--text"), width: 0.75 });
-  }
+    ({ ...one, ...(ofErrors ? {} : band(one.key)), group: data.on[signal][one.port], values: known(data.ports[one.port][signal]) })));
+  if (!ofErrors) lines.push({ label: "exact", values: known(data.exact[signal]), colour: css("--text"), key: "var(--text)", width: 1 });
   return lines;
 }
 
@@ -65,12 +66,16 @@ function showPorts(figure) {
   const leaders = programs.filter((line, i) => programs.findIndex(({ group }) => group === line.group) === i);
   chart.batch(() => lines.forEach((line, i) =>
     chart.setSeries(i + 1, { show: line.group === undefined ? on(line) : leaders.includes(line) })));
-  figure.querySelector(".keys").replaceChildren(...all(".key.beside", figure), ...leaders.map((leader) => {
-    const names = programs.filter(({ group }) => group === leader.group).map(({ label }) => label);
-    const key = Object.assign(document.createElement("span"), { className: "key", textContent: together(names) });
-    key.style.setProperty("--colour", leader.key);
-    return key;
-  }));
+  const named = (line) => programs.filter(({ group }) => group === line.group).map(({ label }) => label);
+  figure.querySelector(".keys").replaceChildren(...all(".key.beside", figure),
+    ...lines.filter(({ label }) => label === "exact").map(({ label, key }) => keyOf(label, key)),
+    ...leaders.map((leader) => keyOf(together(named(leader)), leader.key)));
+}
+
+function keyOf(name, colour) {
+  const key = Object.assign(document.createElement("span"), { className: "key", textContent: name });
+  key.style.setProperty("--colour", colour);
+  return key;
 }
 
 function together(names) {
