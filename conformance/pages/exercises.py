@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The page of exercises: each variant as a diff in every language, and which check refuses which mistake."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from difflib import unified_diff
 
@@ -47,10 +47,10 @@ def exercise(variant: Variant, ports: Iterable[Port]) -> str:
     return "\n".join([*lines, ""])
 
 
-def diff(variant: Variant, port: Port) -> str:
-    """The unified diff of the program, over the lesson's horizon."""
+def diff(variant: Variant, port: Port, form: Callable[[Port, str], str] = lambda port, text: text) -> str:
+    """The unified diff of the program, over the lesson's horizon, both texts in the given form."""
     whole = replace(variant, experiment=with_values(variant.experiment, {"horizon": LESSON.horizon}))
-    old, new = original(port).splitlines(keepends=True), source(whole, port).splitlines(keepends=True)
+    old, new = (form(port, text).splitlines(keepends=True) for text in (original(port), source(whole, port)))
     return "".join([line for line in unified_diff(old, new, n=1) if not line.startswith(("---", "+++"))])
 
 

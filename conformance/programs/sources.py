@@ -174,8 +174,12 @@ def frame(port: Port) -> list[str]:
 
 
 def code(port: Port) -> str:
-    """The program as code: the source itself; of a notebook the text of its cells, what is not input as comments."""
-    text = source(port)
+    """The program as code."""
+    return as_code(port, source(port))
+
+
+def as_code(port: Port, text: str) -> str:
+    """A source as code: the text itself; of a notebook that of its cells, what is not input as comments."""
     if port.source_path.suffix != ".nb":
         return text
     cells = re.findall(r'Cell\["((?:[^"\\]|\\.)*)", "(\w+)"\]', text)

@@ -20,6 +20,7 @@ from conformance.pages.report.curves import GRID, Panel, packed, panels
 from conformance.pages.report.listing import highlighted_lines
 from conformance.pages.report.picture import Line, picture
 from conformance.programs.ports import ROOT, Port
+from conformance.programs.sources import as_code
 from conformance.theory.experiments import Experiment, values_of, with_values
 from conformance.theory.lesson import LESSON
 from conformance.trials.variant import Variant, in_tree
@@ -83,7 +84,7 @@ def _diffs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Marku
     """(port, diff) of every program into which the variant can be edited; one that is not finished is left out."""
     for port in ports:
         with suppress(ValueError):
-            rows = [row for row in diff(variant, port).splitlines() if not row.startswith("@@")]
+            rows = [row for row in diff(variant, port, as_code).splitlines() if not row.startswith("@@")]
             yield port.name, marked(rows, port.source)
 
 

@@ -17,6 +17,7 @@ from sympy.parsing.sympy_parser import parse_expr
 from conformance.judging.checks import Result
 from conformance.judging.trajectory import load
 from conformance.judging.verdict import Verdict, judge_file
+from conformance.pages.exercises import diff
 from conformance.pages.report.curves import BAND, EXACT, GRID, SPANS, Panel, curves, leaders, legend, pictures, signals
 from conformance.pages.report.evidence import DECADES, cell, errors, in_words, outcome
 from conformance.pages.report.exercises import marked, solved
@@ -339,6 +340,16 @@ def test_lines_of_a_diff_keep_their_text(row: str, plain: str) -> None:
     html = str(marked([row], "program.py"))
     assert unescape(re.sub("<[^>]*>", "", html)) == plain + "\n"
     assert {"-": "removed", "+": "added"}[plain[0]] in html
+
+
+def test_edit_of_a_notebook_is_shown_as_its_reader_sees_it_and_whole(html: str) -> None:
+    notebooks = [port for port in PORTS.values() if port.source.endswith(".nb")]
+    for variant, port in ((v, port) for v in VARIANTS.values() for port in notebooks if v.has(port)):
+        part = html.partition(f'id="exercise-{variant.name}"')[2].partition(f'data-edit="{port.name}"')[2]
+        shown = unescape(re.sub("<[^>]*>", "", part.partition("<code>")[2].partition("</code>")[0]))
+        bare = re.sub(r'Cell\["|", "Input"\],?|\\(?=["\\])', "", diff(variant, port))
+        edits = [[row for row in text.replace(" ", "").splitlines() if row[:1] in "+-"] for text in (bare, shown)]
+        assert edits[0] == edits[1] != [] and "Cell[" not in shown, variant.name
 
 
 def test_exercises_come_as_the_lessons_sections(html: str) -> None:
