@@ -22,7 +22,7 @@ from conformance.programs.spelling import Spelling
 from conformance.programs.step import intervals_of, step_of
 from conformance.theory import expressions
 from conformance.theory.derivation import letter
-from conformance.theory.experiments import INPUT, Experiment
+from conformance.theory.experiments import INPUT, Experiment, without_accents
 from conformance.theory.expressions import ONE, ZERO, Expression, names_in
 from conformance.theory.identity import prove
 from conformance.theory.reader import read
@@ -332,7 +332,7 @@ class Program:
             "plant": self.plant(),
             "task": [f"{self.word(self.experiment.states[0])} follows r(t), and every signal stays bounded"],
             "notation": [p.replace(" ", "\0") for p in self.notation()],
-            OWN: [] if self.experiment.section else self.experiment.source.split(),
+            OWN: [] if self.experiment.section else without_accents(self.experiment.source).split(),
             "(n)": SECTION.split(),
         }
         for label, parts in parts_of.items():

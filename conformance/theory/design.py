@@ -5,7 +5,7 @@ Notation, the lesson's: x_i states, xbar_i = (x_1 .. x_i), u input, theta unknow
 theta_tilde = theta_hat - theta, r reference, z_i errors, alpha_i virtual controls, w_i regressors, tau_i tuning
 functions, k_i gains, Gamma adaptation gain, V Lyapunov function. A number in brackets is a section of the lesson.
 
-The recursion is that of Krstic, Kanellakopoulos, Kokotovic (1992), Systems & Control Letters 19(3) 177-185.
+The recursion is that of Krstić, Kanellakopoulos, Kokotović (1992), Systems & Control Letters 19(3) 177-185.
 """
 
 from __future__ import annotations

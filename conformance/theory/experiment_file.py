@@ -51,6 +51,7 @@ from conformance.theory.experiments import (
     Unknown,
     camel,
     refused_name,
+    without_accents,
 )
 from conformance.theory.expressions import (
     FUNCTIONS,
@@ -253,10 +254,12 @@ class Reading:
         )
 
     def text(self, key: str, own: bool) -> str:
-        """A text of the head, which programs hold in comments; title and name are the file's own."""
+        """A text of the head; title and name are the file's own. Programs hold the source without its accents."""
         if own and key not in self.files[0].data:
             self.files[0].refuse((0, 1), f"{key} is missing in the head of the file", f'write {key} = ".."')
-        return self.plain_text(self.value(key), (key,))
+        value = self.value(key)
+        self.plain_text(without_accents(value) if key == "source" and isinstance(value, str) else value, (key,))
+        return str(value)
 
     def section(self) -> str:
         """The section of the lesson that lists the file's own numbers, or nothing."""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -217,3 +218,8 @@ def camel(name: str) -> str:
     first, *others = name.split("_")
     capitals = (re.sub(r"^d+(?=ot$)|^[a-z]", lambda found: found[0].upper(), part) for part in others)
     return first + "".join(capitals)
+
+
+def without_accents(text: str) -> str:
+    """The letters of a text without their accents, one for one, as programs hold names such as Kokotović."""
+    return "".join(unicodedata.normalize("NFD", character)[0] for character in text)
