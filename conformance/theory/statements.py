@@ -78,6 +78,11 @@ class Parameter(NamedTuple):
     wording: str
     unit: str
 
+    @property
+    def by_itself(self) -> str:
+        """The words where the name does not stand beside them: of the reference there may be several constants."""
+        return f"{self.name} {self.wording}" if self.wording.startswith("of ") else self.wording
+
 
 class TooLarge(DesignError):
     """A design of more statements than anyone reads."""

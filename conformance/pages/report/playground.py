@@ -201,11 +201,11 @@ def slider(c: Parameter, in_plant: bool) -> Slider:
     label = {"amplitude": "A"}.get(name, letter(name)) + ("(0)" if c.name.endswith("_start") else "")
     factor = GAINS if "gain" in c.wording else CONSTANTS if in_plant and value > 0 else 0.0
     if factor:
-        return Slider(c.name, label, c.wording, c.unit, log10(value / factor), log10(value * factor), True)
+        return Slider(c.name, label, c.by_itself, c.unit, log10(value / factor), log10(value * factor), True)
     wanted = max(2.0, 2.5 * abs(value))
     power = 10.0 ** int(log10(wanted))
     end = next((of * power for of in WIDEST if of * power >= wanted), 10 * power)
-    return Slider(c.name, label, c.wording, c.unit, -end, end, False)
+    return Slider(c.name, label, c.by_itself, c.unit, -end, end, False)
 
 
 # ---- Charts ----

@@ -95,7 +95,7 @@ def _rows(
             words = re.sub(r"\^(-?\d+)", r"$^{\1}$", s.unit)  # s^2 as text
             unit = rf"\ \text{{{words}}}" if words else ""
             equation = f"{notation.name(s.name)} = {notation.expression(number(s.value))}{unit}"
-            yield Row(s.name, cited(s.tag), s.wording, "", equation, cells)
+            yield Row(s.name, cited(s.tag), s.by_itself, "", equation, cells)
         else:
             yield Row(s.name, s.tag, s.wording, s.remark, notation.equation(s.name, s.expression), cells)
 

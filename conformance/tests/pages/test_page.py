@@ -224,6 +224,13 @@ def rows() -> list[Row]:
     return [row for part in found for _, rows in part.groups for row in rows]
 
 
+def test_every_constant_has_words_of_its_own(rows: list[Row]) -> None:
+    words = [row.wording for row in rows][: len(parameters_of(LESSON_FILE))]
+    assert len(set(words)) == len(words) == 10 and "omega of the reference" in words
+    sliders = [slider.meaning for slider in playground(exact(LESSON)).sliders]
+    assert len(set(sliders)) == len(sliders) > 5
+
+
 def test_every_statement_has_a_row_with_every_program(rows: list[Row]) -> None:
     assert [row.name for row in rows] == [s.name for s in (*parameters_of(LESSON_FILE), *statements_of(LESSON_FILE))]
     assert all(list(row.cells) == list(PORTS) for row in rows)
