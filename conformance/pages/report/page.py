@@ -58,7 +58,7 @@ from conformance.programs.table import engine_and_version
 from conformance.theory.derivation import Derivation, derivation
 from conformance.theory.experiments import Experiment
 from conformance.theory.expressions import negative
-from conformance.theory.lesson import LESSON
+from conformance.theory.lesson import LESSON, SECTIONS, Section
 from conformance.trials.variant import Variant, read_variants
 from conformance.truth.exact import Exact, exact
 
@@ -66,6 +66,8 @@ HERE = Path(__file__).parent
 COLOURS = 8  # in frame.css
 PLAIN = " !$()*+,/:;=?@[\\]^`{|}~"  # signs that need no escape in the data of an address
 PAGE = ROOT / "build" / "report" / "index.html"
+OF_ITS_OWN = Section(range(1), "in no section of the lesson: numbers of this plant's own")
+CITED = re.compile(r"(?<!\w)\(\d{1,2}\)")  # in words, a section of the lesson
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,7 @@ def page(
         title=experiment.title,
         rest=at_rest(experiment) if lesson else None,
         lesson=lesson,
+        sections=SECTIONS if experiment.section else (*SECTIONS, OF_ITS_OWN),
         index=index,
         source=experiment.source,
         parts=shown_parts,
@@ -174,7 +177,9 @@ def environment_of(symbols: Sequence[Symbol], notation: Notation) -> tuple[Envir
 
     link = linker(symbols)
     environment.filters["math"] = lambda latex, display="block": typesetter(link(latex), display)
-    environment.filters["words"] = lambda text: Markup(names.sub(set_name, str(Markup.escape(text))))
+    environment.filters["words"] = lambda text: Markup(
+        CITED.sub(r"<small>\g<0></small>", names.sub(set_name, str(Markup.escape(text))))
+    )
     environment.globals |= {"symbols": symbols, "notation": notation}
     return environment, typesetter
 

@@ -30,7 +30,7 @@ from conformance.programs.writer import write_programs
 from conformance.tests.under_test import NO_EXCITATION, PORTS, PROBLEM_6, trajectory_of
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import Experiment
-from conformance.theory.lesson import LESSON
+from conformance.theory.lesson import LESSON, SECTIONS
 from conformance.trials.variant import read_variants
 from conformance.truth.exact import exact
 
@@ -384,6 +384,7 @@ def test_refused_and_missing_programs_say_why(browser: Browser, tmp_path: Path) 
         other.page.evaluate("scrollTo(0, 0)")
         link = other.page.locator(f"header a[href='#verdict-{port.name}']")
         assert reason in link.locator("..").inner_text()
+        assert link.locator("..").locator("small").all_inner_texts() == (["(12)"] if port == refused else [])
         link.click()
         expect(other.page.locator(f"#verdict-{port.name}").get_by_text(reason)).to_be_in_viewport()
     card = other.page.locator(f"#verdict-{refused.name}")
@@ -422,6 +423,8 @@ def test_page_of_a_plant_has_its_own_derivation_code_and_playground(browser: Bro
     assert page.locator(".derivation-step").count() == len(plant.states)
     assert page.locator("#row-u .cell-code").count() == len(ports) == 2
     assert page.locator("#exercises").count() == 0 and page.locator("#playground .chart").count() > 3
+    assert page.evaluate("all('small, .code b').flatMap((place) => cited(place.textContent)).includes('(0)')")
+    assert page.evaluate("all('main small, .code b').every((p) => sectionsAt(p).length >= cited(p.textContent).length)")
     page.locator("#playground").scroll_into_view_if_needed()
     assert other.complaints == []
     page.context.close()
@@ -596,6 +599,29 @@ def test_symbol_lights_up_everywhere_with_its_meaning(page: Page) -> None:
     page.keyboard.press("Escape")
 
 
+def test_section_that_is_cited_says_what_it_holds(page: Page) -> None:
+    box = page.locator("#meaning")
+    page.locator("#why-title small").hover()
+    held = {f"({n})": f"{section}: {section.words}" for section in SECTIONS for n in section.numbers}
+    assert box.inner_text() == "\n".join(held[number] for number in ("(9)", "(16)", "(17)"))
+    page.keyboard.press("Escape")
+    assert not box.is_visible()
+    summary = page.locator("#exercise-half-step summary")
+    summary.evaluate("(summary) => summary.focus({ focusVisible: true })")
+    assert box.inner_text() == held["(11)"] == held["(14)"]
+    page.keyboard.press("Enter")
+    assert not box.is_visible() and page.locator("#exercise-half-step .diff").first.is_visible()
+    page.keyboard.press("Enter")
+    page.locator("#part-controller .whole > summary").click()
+    assert not box.is_visible(), "a click opens, and covers nothing"
+    page.locator("#part-controller .code b:visible", has_text="(5)").first.hover()
+    assert box.inner_text() == held["(5)"]
+    page.locator("#step-1-title small").hover(position={"x": 1, "y": 1})
+    assert "as if it were" not in box.inner_text()
+    page.locator("#part-controller .whole > summary").click()
+    page.mouse.move(0, 0)
+
+
 def test_symbol_lights_up_in_captions_legends_curves_and_at_the_axis(page: Page) -> None:
     page.locator("#trajectories [data-signal=theta_hat] .u-axis").last.hover()
     places = [
@@ -649,6 +675,11 @@ def test_search_has_what_is_there_and_the_phrase_first_on_a_phone_too(browser: B
     page = other.page
     page.locator("#open-search").click()
     field, found = page.locator("#search input"), page.locator("#search li")
+    for words, answer in {"(16)": "(16): common", "section 12": "(10) to (14)", "Barbalat": "Theorem"}.items():
+        field.fill(words)
+        assert found.first.inner_text().startswith(answer)
+    field.fill("excitation")
+    assert "Why the estimate need not converge" in " ".join(found.all_inner_texts())
     field.fill("6 problem")
     assert found.count() > 2
     field.fill("problem 6")
@@ -677,7 +708,7 @@ def test_tab_stops_are_few_and_targets_large_enough(page: Page) -> None:
           return [part.id || part.tagName, found.length];
         }))"""
     )
-    assert sum(stops.values()) - stops["exercises"] - stops["verdict"] < 70, stops
+    assert sum(stops.values()) - stops["exercises"] - stops["verdict"] < 72, stops
     assert stops["trajectories"] < 10 and stops["code"] < 20, stops
     small = page.evaluate(
         """() => [...document.querySelectorAll("a, button, input, summary")]

@@ -22,7 +22,7 @@ from conformance.pages.report.curves import BAND, EXACT, GRID, SPANS, Panel, cur
 from conformance.pages.report.evidence import DECADES, cell, errors, in_words, outcome
 from conformance.pages.report.exercises import marked, solved
 from conformance.pages.report.listing import highlighted, highlighting
-from conformance.pages.report.page import HERE, derivation_shown, raw
+from conformance.pages.report.page import HERE, derivation_shown, environment_of, raw
 from conformance.pages.report.picture import BOTTOM, HEIGHT, LEFT, RIGHT, ROOM, TOP, WIDTH, Line, picture
 from conformance.pages.report.playground import PROGRAM, Playground, playground, program_text, references
 from conformance.pages.report.rows import Row, parts
@@ -34,7 +34,7 @@ from conformance.tests.under_test import FIRST, PORTS, trajectory_of
 from conformance.theory.derivation import derivation
 from conformance.theory.experiment_file import read_experiment
 from conformance.theory.experiments import camel
-from conformance.theory.lesson import LESSON
+from conformance.theory.lesson import LESSON, SECTIONS
 from conformance.theory.statements import parameters_of, statements_of
 from conformance.trials.variant import read_variants
 from conformance.truth.exact import exact
@@ -67,7 +67,7 @@ def test_page_names_nothing_outside_of_itself(html: str) -> None:
         LESSON_ADDRESS,
         "plants.html",
     }
-    assert html.count(LESSON_ADDRESS) == html.count(f'<a href="{LESSON_ADDRESS}"') == 1
+    assert html.count(LESSON_ADDRESS) == html.count(f'<a href="{LESSON_ADDRESS}"') == 2
 
 
 def test_every_link_leads_somewhere(html: str) -> None:
@@ -285,6 +285,28 @@ def test_every_symbol_has_its_meaning_and_section(html: str) -> None:
     marked, explained = (set(re.findall(rf'data-{kind}="(\w+)"', html)) for kind in ("symbol", "means"))
     assert {"theta_hat", "tau2", "phi", "u"} <= marked and marked <= explained
     assert re.search(r'data-means="tau2">.*: tuning function <small>\(7\)</small>', html)
+
+
+def cited(html: str) -> set[str]:
+    """The numbers of sections that stand in small print and in the comments of code."""
+    return set(re.findall(r"(?<!\w)\(\d+\)", " ".join(re.findall(r"<(?:small|b)>(.*?)</", html))))
+
+
+def test_every_section_that_is_cited_has_its_words(html: str) -> None:
+    held = [f"({number})" for section in SECTIONS for number in section.numbers]
+    assert cited(html) <= set(held) and len(cited(html)) > 10
+    assert held == [f"({number})" for number in range(2, 18)]
+    assert "(18)" in cited("<small>(9), (18) Problem 4</small>") and cited("<b>(7)</b> <small>x1(0)</small>") == {"(7)"}
+    found = re.findall(r'<li id="section-\d+" data-words="([()\d]+)">(.*?)</li>', html)
+    assert [unescape(text) for _, text in found] == [f"{section}: {section.words}" for section in SECTIONS]
+    assert "".join(numbers for numbers, _ in found) == "".join(held)
+
+
+def test_words_mark_the_sections_that_they_cite() -> None:
+    notation = Notation(derivation(LESSON))
+    environment, _ = environment_of(symbols_of(LESSON, notation), notation)
+    words = environment.filters["words"]
+    assert words("f(0) & (2024): the column (12)") == "f(0) &amp; (2024): the column <small>(12)</small>"
 
 
 def test_terms_of_the_derivation_are_answered_in_their_statements(html: str) -> None:

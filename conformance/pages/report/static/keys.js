@@ -14,14 +14,21 @@ function textOf(place) {
   return copy.textContent.replace(/\u200b/g, "").replace(/\s+/g, " ").trim();
 }
 
-// what can be found: its words, and where it is
-const places = all("main h2, main h3:not(.changed h3), .row, .exercise > summary, [data-question] > summary").map((place) => {
+// what can be found: its words, and where it is; what is told or folded away under its heading has words of it too
+const PLACES = "main h2, main h3:not(.changed h3), .row, .exercise > summary, [data-question] > summary, #sections li";
+const TOLD = ".derivation-step, .closing > article, .exercise, [data-question]";
+let places; // since the first search
+
+function placeOf(place) {
   const statement = place.matches(".row");
   const shown = textOf(statement ? place.querySelector(".margin a") : place);
-  const kind = statement ? `statement ${place.dataset.row}` : place.closest("section").querySelector("h2").textContent;
-  const words = `${shown} ${kind} ${place.dataset.words ?? ""}`.toLowerCase();
+  const part = place.matches("li") ? "section of the lesson" : place.closest("section").querySelector("h2").textContent;
+  const kind = statement ? `statement ${place.dataset.row}` : part;
+  const told = place.closest(TOLD);
+  const below = told ? all("p, dd, .because", told).map(textOf) : [];
+  const words = [shown, kind, place.dataset.words, ...below].join(" ").toLowerCase();
   return { id: place.closest("[id]:not(h2, h3)")?.id ?? place.id, shown, kind, words };
-});
+}
 
 // how near a place is to what is sought: its own text begins with it, has it, or has its words in some order
 function rank({ shown, words }, phrase) {
@@ -32,6 +39,7 @@ function rank({ shown, words }, phrase) {
 function find() {
   const words = sought.value.toLowerCase().split(/\s+/).filter(Boolean);
   const phrase = words.join(" ");
+  places ??= all(PLACES).map(placeOf);
   const found = places.filter((place) => words.every((word) => place.words.includes(word)))
     .sort((a, b) => rank(a, phrase) - rank(b, phrase));
   results.replaceChildren(...(words.length > 0 ? found.slice(0, FOUND) : []).map(({ id, shown, kind }) => {
