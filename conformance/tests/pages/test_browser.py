@@ -210,6 +210,7 @@ def test_reader_turns_light_over_to_dark_and_finds_it_so_again(browser: Browser,
         drawn_as.append([page.locator(chart).first.evaluate("(canvas) => canvas.toDataURL()") for chart in charts])
     assert drawn_as[0] == drawn_as[2] and drawn_as[1] == drawn_as[3]
     assert all(light != dark for light, dark in zip(*drawn_as[:2], strict=True))
+    assert other.complaints == []
     page.add_init_script(FRAMES)
     page.reload()
     page.wait_for_function("frames.length === 5")
@@ -218,7 +219,6 @@ def test_reader_turns_light_over_to_dark_and_finds_it_so_again(browser: Browser,
     switch.click()  # as the system has it again, whatever that comes to be
     page.emulate_media(color_scheme="dark")
     assert page.evaluate(COLOURS) == DARK and switch.get_attribute("aria-pressed") == "true"
-    assert other.complaints == []
     page.context.close()
 
 

@@ -74,6 +74,10 @@ document.addEventListener("click", (event) => {
 
 // what the reader reads stays where it is while the page above it changes its height
 function keepingPlace(change) {
+  if (document.readyState === "loading") { // he is nowhere yet
+    change();
+    return;
+  }
   const below = all(".row, .derivation-step, .whole, .exercise, figure, h2").find((place) => place.getBoundingClientRect().bottom > 140);
   const before = below?.getBoundingClientRect().top;
   const { style } = document.documentElement;
