@@ -1022,6 +1022,18 @@ def test_question_sets_what_its_answer_speaks_of(page: Page, i: int) -> None:
         assert found[name] == pytest.approx(value, rel=0.006, abs=0.006), name
 
 
+def test_address_of_a_question_sets_what_it_speaks_of(browser: Browser, report: Path) -> None:
+    page = browser.new_page()
+    for _ in range(3):  # whatever the browser does first
+        page.goto("about:blank")
+        page.goto(f"{report.as_uri()}#question-2")
+        expect(page.locator("#question-2")).to_have_attribute("open", "")
+        expect(page).to_have_url(re.compile(r"[?&]gamma=30\b"))
+        rows = page.locator("#playground .runs tbody th").all_inner_texts()
+        assert [row.split(",")[0] for row in rows] == ["this run: the lesson", "the run before: the lesson"]
+    page.close()
+
+
 def test_sliders_move_the_curves_and_keep_the_zoom_and_the_run_before(page: Page) -> None:
     start(page, "Chapter17_Lesson1")
     plot = page.locator("#playground [data-drawing=errors] .plot")

@@ -420,14 +420,15 @@ for (const one of forms) {
   one.addEventListener("submit", (event) => event.preventDefault());
   for (const button of all(".start", one)) button.addEventListener("click", () => change(settingOf({ start: button.dataset.start })));
 }
-for (const details of all("[data-question]", playground)) {
-  details.addEventListener("toggle", () => {
-    if (!details.open) return;
-    dragging = false;
-    now = drawnRun(runOf(settingOf({})));
-    change(settingOf(given.questions[details.dataset.question]));
-  });
+// an open question sets what it speaks of, with the lesson's run behind
+function ask(details) {
+  if (!details.open) return;
+  dragging = false;
+  now = drawnRun(runOf(settingOf({})));
+  change(settingOf(given.questions[details.dataset.question]));
 }
+const questions = all("[data-question]", playground);
+for (const details of questions) details.addEventListener("toggle", () => ask(details));
 playground.querySelector(".keep").addEventListener("click", () => {
   kept = [...kept, now].slice(-KEPT);
   update();
@@ -448,6 +449,7 @@ whenSeen(playground, all(".chart:not(.plane)", playground), drawPanel, panels);
 whenNeeded(first, firstCharts, drawPanel, panels);
 for (const slider of forms[1].elements) if (slider.name) showSlider(slider);
 if (isSet()) update();
+questions.forEach(ask); // one that the address leads to is open by now
 new ResizeObserver(() => {
   if (now !== null) planes.forEach((figure) => drawPlane(figure));
 }).observe(playground);
