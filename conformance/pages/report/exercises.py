@@ -85,7 +85,8 @@ def _diffs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Marku
     for port in ports:
         with suppress(ValueError):
             rows = [row for row in diff(variant, port, as_code).splitlines() if not row.startswith("@@")]
-            yield port.name, marked(rows, port.source)
+            filled = [i for i, row in enumerate(rows) if row.strip()]
+            yield port.name, marked(rows[filled[0] : filled[-1] + 1], port.source)
 
 
 def _runs(variant: Variant, ports: Iterable[Port]) -> Iterator[tuple[str, Trajectory]]:

@@ -41,6 +41,7 @@ from conformance.truth.exact import exact
 
 LARGEST = 3_000_000  # bytes
 LESSON_ADDRESS = "https://github.com/mohammadijoo/Control_and_Robotics_Tutorials"
+PAPER_ADDRESS = "https://doi.org/10.1109/9.100933"
 
 VARIANTS = read_variants()
 LESSON_FILE = read_experiment(ROOT / "plants" / "Chapter17_Lesson1.toml")
@@ -65,6 +66,7 @@ def test_page_names_nothing_outside_of_itself(html: str) -> None:
     assert len(addresses) > len(STEPS)
     assert {address for address in addresses if not address.startswith(("#", "?", "data:"))} == {
         LESSON_ADDRESS,
+        PAPER_ADDRESS,
         "plants.html",
     }
     assert html.count(LESSON_ADDRESS) == html.count(f'<a href="{LESSON_ADDRESS}"') == 2
@@ -371,13 +373,19 @@ def test_lines_of_a_diff_keep_their_text(row: str, plain: str) -> None:
     assert {"-": "removed", "+": "added"}[plain[0]] in html
 
 
+def test_no_diff_begins_or_ends_with_an_empty_line(html: str) -> None:
+    diffs = re.findall(r'<div data-edit="\w+">.*?<code>(.*?)</code>', html, flags=re.DOTALL)
+    plain = [unescape(re.sub("<[^>]*>", "", diff)).removesuffix("\n").split("\n") for diff in diffs]
+    assert len(plain) > len(VARIANTS) and all(rows[0].strip() and rows[-1].strip() for rows in plain)
+
+
 def test_edit_of_a_notebook_is_shown_as_its_reader_sees_it_and_whole(html: str) -> None:
     notebooks = [port for port in PORTS.values() if port.source.endswith(".nb")]
     for variant, port in ((v, port) for v in VARIANTS.values() for port in notebooks if v.has(port)):
         part = html.partition(f'id="exercise-{variant.name}"')[2].partition(f'data-edit="{port.name}"')[2]
         shown = unescape(re.sub("<[^>]*>", "", part.partition("<code>")[2].partition("</code>")[0]))
         bare = re.sub(r'Cell\["|", "Input"\],?|\\(?=["\\])', "", diff(variant, port))
-        edits = [[row for row in text.replace(" ", "").splitlines() if row[:1] in "+-"] for text in (bare, shown)]
+        edits = [[row for row in text.replace(" ", "").splitlines() if row[:1] in ("+", "-")] for text in (bare, shown)]
         assert edits[0] == edits[1] != [] and "Cell[" not in shown, variant.name
 
 
