@@ -216,6 +216,9 @@ def test_reader_turns_light_over_to_dark_and_finds_it_so_again(browser: Browser,
     page.wait_for_function("frames.length === 5")
     assert set(page.evaluate("frames")) == {"dark"}, "it was drawn in other colours at first"
     assert switch.get_attribute("aria-pressed") == "true"
+    page.goto(report.with_name("plants.html").as_uri())
+    assert page.evaluate(COLOURS) == DARK, "the index is in other colours"
+    page.goto(report.as_uri())
     switch.click()  # as the system has it again, whatever that comes to be
     page.emulate_media(color_scheme="dark")
     assert page.evaluate(COLOURS) == DARK and switch.get_attribute("aria-pressed") == "true"

@@ -15,7 +15,7 @@
   };
   const systems = () => (system.matches ? "dark" : "light");
   const seen = () => dataset.scheme ?? systems();
-  const showSwitch = () => document.getElementById("scheme").setAttribute("aria-pressed", seen() === "dark");
+  const showSwitch = () => document.getElementById("scheme")?.setAttribute("aria-pressed", seen() === "dark");
   const changed = () => {
     showSwitch();
     dispatchEvent(new Event("scheme"));
