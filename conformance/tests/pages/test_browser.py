@@ -221,7 +221,8 @@ def test_reader_turns_light_over_to_dark_and_finds_it_so_again(browser: Browser,
     page.goto(report.as_uri())
     switch.click()  # as the system has it again, whatever that comes to be
     page.emulate_media(color_scheme="dark")
-    assert page.evaluate(COLOURS) == DARK and switch.get_attribute("aria-pressed") == "true"
+    assert page.evaluate(COLOURS) == DARK
+    expect(switch).to_have_attribute("aria-pressed", "true")
     page.context.close()
 
 
