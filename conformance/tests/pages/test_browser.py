@@ -766,6 +766,17 @@ def test_address_of_a_part_is_laid_out_as_it_comes(browser: Browser, report: Pat
     page.close()
 
 
+def test_page_that_is_loaded_again_keeps_its_place(browser: Browser, report: Path) -> None:
+    page = open_page(browser, report).page
+    page.locator("#row-tau2").evaluate("(row) => row.scrollIntoView()")
+    before = top(page, "#row-tau2")
+    page.wait_for_timeout(500)  # in which the browser notes where the page stands
+    page.reload()
+    assert not page.evaluate(UNLAID)
+    assert abs(top(page, "#row-tau2") - before) < 50
+    page.context.close()
+
+
 def test_page_without_script_shows_derivation_and_code(browser: Browser, report: Path) -> None:
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()

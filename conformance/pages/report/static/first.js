@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The first screen is there at once; what is below it is laid out part by part while nothing else happens. Before the
-// reader goes anywhere by a link, a key or a search, all of it is, so that he arrives where it stays.
+// reader goes anywhere by a link, a key or a search, all of it is, so that he arrives where it stays; and so it is at once
+// where he comes to a part by its address, or back to where he was.
 "use strict";
 
-if (location.hash === "") {
+if (location.hash === "" && performance.getEntriesByType("navigation")[0]?.type === "navigate") {
   const SOON = 100; // ms, after which the next part no longer waits for an idle moment
   const whenIdle = globalThis.requestIdleCallback ?? ((then) => setTimeout(then, SOON));
   const parts = () => document.querySelectorAll("main > section > *, .row");
