@@ -2,7 +2,7 @@
 """The derivation on the page: each step's terms of V', beside the statements that take them away."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -42,11 +42,14 @@ class ShownTerm:
 
 @dataclass(frozen=True)
 class ShownStep:
-    """A step: its number, its V (LaTeX), its terms, what it leaves and its tuning function (LaTeX), and its rows."""
+    """A step: its number, its V, the rate of its error and what is put in there (LaTeX), its terms, what it leaves and
+    its tuning function (LaTeX), and its rows."""
 
     i: int
     last: bool
     lyapunov: str
+    rate: str
+    put_in: tuple[str, ...]
     terms: tuple[ShownTerm, ...]
     left: str
     tuning: tuple[str, ...]
@@ -64,6 +67,8 @@ def steps(derivation: Derivation, notation: Notation, parts: Iterable[Part]) -> 
             step.i,
             step.i == n,
             _lyapunov(derivation, notation, step.i),
+            _rate(derivation, notation, step.i),
+            tuple(_put_in(derivation, notation, step.i)),
             tuple(_shown(term, notation) for term in step.terms),
             rf"\dot{{V}}_{{{step.i}}} = {notation.expression(step.left)}",
             tuple(
@@ -82,6 +87,23 @@ def _lyapunov(derivation: Derivation, notation: Notation, i: int) -> str:
     whole = next(e for part in derivation.parts for e in part.equations if e.name == "V")
     own = (term for term in terms_of(whole.expression) if not any(re.fullmatch("z[2-9]", s) for s in names_in(term)))
     return f"V_1 = {notation.expression(add(*own))}"
+
+
+def _rate(derivation: Derivation, notation: Notation, i: int) -> str:
+    """The derivative of z_i, by the row of the plant and of what z_i is measured from."""
+    row = notation.expression(derivation.experiment.rows[i - 1])
+    before = rf"\htmlData{{symbol=alpha{i - 1}}}{{\dot\alpha_{{{i - 1}}}}}" if i > 1 else r"\htmlData{symbol=r}{\dot r}"
+    return rf"\htmlData{{symbol=z{i}}}{{\dot z_{{{i}}}}} = {row} - {before}"
+
+
+def _put_in(derivation: Derivation, notation: Notation, i: int) -> Iterator[str]:
+    """By what the next state, and the unknown parameters of the row, are written there."""
+    experiment, name = derivation.experiment, notation.name
+    if i < len(experiment.states):
+        yield f"{name(experiment.states[i])} = {name(f'alpha{i}')} + {name(f'z{i + 1}')}"
+    for p in experiment.unknown:
+        if f"{p.name}_true" in names_in(experiment.rows[i - 1]) or p.name in names_in(experiment.rows[i - 1]):
+            yield f"{name(p.name)} = {name(p.estimate)} - {name(f'{p.name}_tilde')}"
 
 
 def _shown(term: Term, notation: Notation) -> ShownTerm:

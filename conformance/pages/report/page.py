@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from decimal import ROUND_UP, Context
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -244,6 +245,7 @@ def trajectories(
         "panels": signals,
         "error_panels": of_errors,
         "points": GRID.size,
+        "known_to": f"{Context(prec=1, rounding=ROUND_UP).create_decimal(float(solution.table.bound.max())):.0e}",
         "drawn": list(drawn),
         "pictures": pictures(charts, solution, known, drawn, bounds, lines, COLOURS),
         "keys": {panel.signal: legend(panel, lines[panel.signal], languages, COLOURS) for panel in charts},

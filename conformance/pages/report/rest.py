@@ -12,7 +12,7 @@ from conformance.theory.experiment_file import as_written
 from conformance.theory.experiments import Experiment
 from conformance.truth.exact import exact
 
-AIM, EXACT, OTHER = "var(--colour-1)", "var(--accent)", "var(--text)"  # what is to be met, the exact solution, another
+EXACT, OTHER = "var(--accent)", "var(--second)"  # the lesson's run, another
 
 
 def at_rest(experiment: Experiment) -> dict[str, Any]:
@@ -21,7 +21,7 @@ def at_rest(experiment: Experiment) -> dict[str, Any]:
     moving, stopped = exact(experiment).evaluate(t)[2], exact(as_written(PLANTS / "no_excitation.toml")).evaluate(t)[2]
     theta = np.full_like(t, float(experiment.unknown[0].true))
     lines = [
-        Line(theta, AIM, symbol="theta"),
+        Line(theta, "var(--quiet)", 1.25, "4 4", symbol="theta"),
         Line(moving, EXACT, symbol="theta_hat"),
         Line(stopped, OTHER, symbol="theta_hat"),
     ]
@@ -31,8 +31,8 @@ def at_rest(experiment: Experiment) -> dict[str, Any]:
         "theta": f"{float(experiment.unknown[0].true):g}",
         "picture": picture(t, lines, words),
         "legend": (
-            (EXACT, r"\hat\theta,\ \text{the lesson's } r"),
-            (OTHER, r"\hat\theta,\ r = 0"),
-            (AIM, r"\theta"),
+            ("line-0", r"\hat\theta,\ \text{the lesson's } r"),
+            ("line-1", r"\hat\theta,\ r = 0"),
+            ("beside", r"\theta"),
         ),
     }

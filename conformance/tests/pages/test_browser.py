@@ -652,7 +652,7 @@ def test_search_goes_to_a_statement_and_keys_choose_languages(browser: Browser, 
     page.keyboard.type("nothing of the kind")
     assert page.locator("#search output").inner_text() == "Nothing of that name."
     page.locator("#search input").fill("tuning tau2")
-    assert page.locator("#search li").count() == 1
+    assert page.locator("#search li").first.inner_text() == "tuning function statement tau2"
     page.keyboard.press("Enter")
     assert page.url.endswith("#row-tau2") and 0 < top(page, "#row-tau2") < 200
     assert not page.locator("#search").is_visible()
@@ -684,6 +684,12 @@ def test_search_has_what_is_there_and_the_phrase_first_on_a_phone_too(browser: B
         assert found.first.inner_text().startswith(answer)
     field.fill("excitation")
     assert "Why the estimate need not converge" in " ".join(found.all_inner_texts())
+    field.fill("tuning function Java MATLAB")  # which every row has
+    assert found.first.inner_text().startswith("tuning function")
+    field.fill("gamma")
+    assert "What the gains do" in " ".join(found.all_inner_texts())
+    field.fill("nowhere")
+    assert found.count() == 0 and page.locator("#search output").inner_text() == "Nothing of that name."
     field.fill("6 problem")
     assert found.count() > 2
     field.fill("problem 6")

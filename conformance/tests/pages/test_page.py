@@ -5,6 +5,7 @@ import json
 import re
 import subprocess
 from dataclasses import replace
+from functools import partial
 from html import unescape
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +19,7 @@ from conformance.judging.checks import Result
 from conformance.judging.trajectory import load
 from conformance.judging.verdict import Verdict, judge_file
 from conformance.pages.exercises import diff
+from conformance.pages.report import derivation as page_of_derivation
 from conformance.pages.report.curves import BAND, EXACT, GRID, SPANS, Panel, curves, leaders, legend, pictures, signals
 from conformance.pages.report.evidence import DECADES, cell, errors, in_words, outcome
 from conformance.pages.report.exercises import marked, solved
@@ -316,6 +318,28 @@ def test_terms_of_the_derivation_are_answered_in_their_statements(html: str) -> 
     fates = re.findall(r'<tr class="(\w+)"[^>]*?(?: data-by="(\w+)")?>', step)
     assert fates == [*[("cancels", "u")] * 3, ("stays", ""), ("waits", "tau2"), ("cancels", "theta_hat_dot")]
     assert {by for _, by in fates if by} <= set(re.findall(r'class="statement" data-row="(\w+)"', step))
+
+
+def test_each_step_begins_with_the_rate_of_its_error() -> None:
+    derived = derivation(LESSON)
+    bare = partial(re.sub, r"\\htmlData\{symbol=\w+\}", "")
+    found = [
+        (bare(step.rate), [*map(bare, step.put_in)])
+        for step in page_of_derivation.steps(derived, Notation(derived), ())
+    ]
+    assert found == [
+        (
+            r"{\dot z_{1}} = {x_{2}} + {\theta} \, {x_{1}} - {\dot r}",
+            [r"{x_{2}} = {\alpha_{1}} + {z_{2}}", r"{\theta} = {\hat{\theta}} - {\tilde{\theta}}"],
+        ),
+        (r"{\dot z_{2}} = {u} - {\dot\alpha_{1}}", []),
+    ]
+
+
+def test_page_says_what_the_exact_solution_is(html: str) -> None:
+    known = re.search(r'<p id="exact">.*known to ([\de-]+)\.', html, flags=re.DOTALL)
+    assert known and 0 < float(known[1]) / float(exact(LESSON).table.bound.max()) - 1 < 1
+    assert 'href="#exact"' in html.partition("</header>")[0]
 
 
 @pytest.mark.parametrize("plant", ["first_order", "problem_1c", "motor_arm", "problem_5"])

@@ -18,6 +18,7 @@ function textOf(place) {
 const PLACES = "main h2, main h3:not(.changed h3), .row, .exercise > summary, [data-question] > summary, #sections li";
 const TOLD = ".derivation-step, .closing > article, .exercise, [data-question]";
 let places; // since the first search
+const languages = codeButtons.map((button) => button.textContent.trim().toLowerCase());
 
 function placeOf(place) {
   const statement = place.matches(".row");
@@ -26,22 +27,26 @@ function placeOf(place) {
   const kind = statement ? `statement ${place.dataset.row}` : part;
   const told = place.closest(TOLD);
   const below = told ? all("p, dd, .because", told).map(textOf) : [];
-  const words = [shown, kind, place.dataset.words, ...below].join(" ").toLowerCase();
-  return { id: place.closest("[id]:not(h2, h3)")?.id ?? place.id, shown, kind, words };
+  const symbols = all("[data-symbol]", told ?? place).map((symbol) => symbol.dataset.symbol);
+  const own = [shown, kind, place.dataset.words].join(" ").toLowerCase();
+  const words = [own, ...below, ...symbols].join(" ").toLowerCase();
+  return { id: place.closest("[id]:not(h2, h3)")?.id ?? place.id, shown, kind, own, words };
 }
 
-// how near a place is to what is sought: its own text begins with it, has it, or has its words in some order
-function rank({ shown, words }, phrase) {
+// how near a place is to what is sought: its text begins with it, has it, or its words; or what is told there has it
+function rank({ shown, own, words }, asked, phrase) {
   const at = shown.toLowerCase().search(new RegExp(`(?<!\\w)${phrase.replace(/[^\w\s]/g, "\\$&")}(?!\\w)`));
-  return [at === 0, at > 0, words.includes(phrase), true].indexOf(true);
+  return [at === 0, at > 0, asked.every((word) => own.includes(word)), words.includes(phrase), true].indexOf(true);
 }
 
 function find() {
-  const words = sought.value.toLowerCase().split(/\s+/).filter(Boolean);
+  const typed = sought.value.toLowerCase().split(/\s+/).filter(Boolean);
+  const said = typed.filter((word) => !languages.includes(word)); // "tuning function Java MATLAB" is of all languages
+  const words = said.length > 0 ? said : typed;
   const phrase = words.join(" ");
   places ??= all(PLACES).map(placeOf);
   const found = places.filter((place) => words.every((word) => place.words.includes(word)))
-    .sort((a, b) => rank(a, phrase) - rank(b, phrase));
+    .sort((a, b) => rank(a, words, phrase) - rank(b, words, phrase));
   results.replaceChildren(...(words.length > 0 ? found.slice(0, FOUND) : []).map(({ id, shown, kind }) => {
     const link = Object.assign(document.createElement("a"), { href: `#${id}`, textContent: shown });
     link.append(" ", Object.assign(document.createElement("small"), { textContent: kind }));
