@@ -1138,6 +1138,18 @@ def test_blow_up_is_drawn_as_far_as_it_goes_and_told(page: Page) -> None:
     start(page, "Chapter17_Lesson1")
 
 
+def test_figures_of_the_checks_are_read_on_a_phone(browser: Browser, report: Path) -> None:
+    other = open_page(browser, report, NARROW_DARK)
+    table = other.page.locator("#checks + .inspected .scroll")
+    last, head = table.locator("tbody tr").first.locator(".figure").last, table.locator("tbody th").first
+    table.evaluate("(table) => { table.scrollIntoView(); table.scrollLeft = table.scrollWidth; }")
+    expect(last).to_be_in_viewport()
+    assert float(last.inner_text()) >= 0
+    assert box_of(head)["x"] == pytest.approx(box_of(table)["x"], abs=3), "the claim stays beside it"
+    assert other.page.evaluate("document.documentElement.scrollWidth") == NARROW_DARK[0]
+    other.page.context.close()
+
+
 def test_slider_and_curve_share_a_phones_screen(browser: Browser, report: Path) -> None:
     other = open_page(browser, report, NARROW_DARK)
     for name in ("theta_true", "theta_hat_start"):
