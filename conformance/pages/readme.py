@@ -3,13 +3,12 @@
 
 import shutil
 from collections.abc import Mapping, Sequence
-from decimal import ROUND_UP, Context
 from pathlib import Path
 
 from conformance.atomic import write_atomically
-from conformance.judging.checks import Result
 from conformance.judging.verdict import Judgement, Verdict
 from conformance.pages.report import chromium
+from conformance.pages.report.evidence import rounded_up
 from conformance.pages.report.gallery import publish
 from conformance.pages.report.page import PAGE
 from conformance.programs.ports import ROOT, SIX, Port
@@ -94,13 +93,8 @@ def table(verdicts: Sequence[Verdict]) -> str:
 
 def row(verdict: Verdict) -> tuple[str, ...]:
     """The table's cells for one port."""
-    errors = [rounded_up(result) for result in verdict.errors.values()]
+    errors = [rounded_up(result.figure) for result in verdict.errors.values()]
     return (verdict.name, verdict.engine, verdict.status, *(errors or [""] * len(LESSON.names)))
-
-
-def rounded_up(result: Result) -> str:
-    """A figure to one significant digit, not below what it is."""
-    return f"{Context(prec=1, rounding=ROUND_UP).create_decimal(repr(float(result.figure))):.0e}"
 
 
 def outdated(written: str, now: str) -> list[str]:

@@ -92,8 +92,7 @@ def _lyapunov(derivation: Derivation, notation: Notation, i: int) -> str:
 def _rate(derivation: Derivation, notation: Notation, i: int) -> str:
     """The derivative of z_i, by the row of the plant and of what z_i is measured from."""
     row = notation.expression(derivation.experiment.rows[i - 1])
-    before = rf"\htmlData{{symbol=alpha{i - 1}}}{{\dot\alpha_{{{i - 1}}}}}" if i > 1 else r"\htmlData{symbol=r}{\dot r}"
-    return rf"\htmlData{{symbol=z{i}}}{{\dot z_{{{i}}}}} = {row} - {before}"
+    return f"{notation.rate(f'z{i}')} = {row} - {notation.rate(f'alpha{i - 1}' if i > 1 else 'r')}"
 
 
 def _put_in(derivation: Derivation, notation: Notation, i: int) -> Iterator[str]:
@@ -101,8 +100,9 @@ def _put_in(derivation: Derivation, notation: Notation, i: int) -> Iterator[str]
     experiment, name = derivation.experiment, notation.name
     if i < len(experiment.states):
         yield f"{name(experiment.states[i])} = {name(f'alpha{i}')} + {name(f'z{i + 1}')}"
+    there = set(names_in(experiment.rows[i - 1]))
     for p in experiment.unknown:
-        if f"{p.name}_true" in names_in(experiment.rows[i - 1]) or p.name in names_in(experiment.rows[i - 1]):
+        if p.name in there:
             yield f"{name(p.name)} = {name(p.estimate)} - {name(f'{p.name}_tilde')}"
 
 

@@ -5,6 +5,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_UP, Context
 from itertools import pairwise
 from math import log10
 from typing import Any, NamedTuple
@@ -94,6 +95,11 @@ def claims(verdicts: Sequence[Verdict]) -> list[Line]:
 def said(claim: str) -> str:
     """A claim as a sentence."""
     return claim.replace("-", " ").replace("lyapunov", "Lyapunov")
+
+
+def rounded_up(figure: float) -> str:
+    """A figure to one significant digit, not below what it is."""
+    return f"{Context(prec=1, rounding=ROUND_UP).create_decimal(repr(float(figure))):.0e}"
 
 
 def errors(verdict: Verdict) -> list[Error]:

@@ -7,7 +7,6 @@ import subprocess
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from decimal import ROUND_UP, Context
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -16,6 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from conformance.atomic import write_atomically
+from conformance.judging.layout import COUNTED
 from conformance.judging.trajectory import Array
 from conformance.judging.verdict import Judgement, Verdict, headline
 from conformance.pages.report.campaigns import campaigns
@@ -43,6 +43,7 @@ from conformance.pages.report.evidence import (
     in_words,
     outcomes,
     refusal,
+    rounded_up,
     said,
 )
 from conformance.pages.report.exercises import EXERCISE_PANELS, in_order, shown
@@ -144,6 +145,7 @@ def page(
         title=experiment.title,
         rest=at_rest(experiment) if lesson else None,
         lesson=lesson,
+        counted=COUNTED,
         sections=SECTIONS if experiment.section else (*SECTIONS, OF_ITS_OWN),
         index=index,
         source=experiment.source,
@@ -245,7 +247,7 @@ def trajectories(
         "panels": signals,
         "error_panels": of_errors,
         "points": GRID.size,
-        "known_to": f"{Context(prec=1, rounding=ROUND_UP).create_decimal(float(solution.table.bound.max())):.0e}",
+        "known_to": rounded_up(float(solution.table.bound.max())),
         "drawn": list(drawn),
         "pictures": pictures(charts, solution, known, drawn, bounds, lines, COLOURS),
         "keys": {panel.signal: legend(panel, lines[panel.signal], languages, COLOURS) for panel in charts},

@@ -40,6 +40,10 @@ class Notation:
         common = name.removesuffix("_true")
         return rf"\htmlData{{symbol={common}}}{{{self.plain(common)}}}"
 
+    def rate(self, name: str) -> str:
+        """The derivative of what a name stands for, which is linked as the name is."""
+        return rf"\htmlData{{symbol={name}}}{{{self.plain(f'{name}_dot')}}}"
+
     def expression(self, e: Expression) -> str:
         """An expression, in its order."""
         return re.sub(EXPONENT, r"\1\2}", latex(e, self.name))

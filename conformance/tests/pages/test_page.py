@@ -329,10 +329,10 @@ def test_each_step_begins_with_the_rate_of_its_error() -> None:
     ]
     assert found == [
         (
-            r"{\dot z_{1}} = {x_{2}} + {\theta} \, {x_{1}} - {\dot r}",
+            r"{\dot{z}_{1}} = {x_{2}} + {\theta} \, {x_{1}} - {\dot{r}}",
             [r"{x_{2}} = {\alpha_{1}} + {z_{2}}", r"{\theta} = {\hat{\theta}} - {\tilde{\theta}}"],
         ),
-        (r"{\dot z_{2}} = {u} - {\dot\alpha_{1}}", []),
+        (r"{\dot{z}_{2}} = {u} - {\dot{\alpha}_{1}}", []),
     ]
 
 

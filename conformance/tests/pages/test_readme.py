@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from conformance.__main__ import parser
-from conformance.judging.checks import Result
 from conformance.judging.verdict import Verdict, judge_all
 from conformance.pages.readme import (
     BEGIN,
@@ -22,11 +21,11 @@ from conformance.pages.readme import (
     figure,
     outdated,
     photograph,
-    rounded_up,
     table,
     with_table,
 )
 from conformance.pages.report import chromium
+from conformance.pages.report.evidence import rounded_up
 from conformance.programs.ports import ROOT, SIX
 from conformance.tests.under_test import PORTS
 from conformance.theory.lesson import LESSON
@@ -108,7 +107,7 @@ def test_readme_without_its_marks_is_refused(text: str) -> None:
 
 @pytest.mark.parametrize(("figure", "text"), [(3.01e-9, "4e-9"), (3e-9, "3e-9"), (9.5e-10, "1e-9")])
 def test_errors_are_rounded_up(figure: float, text: str) -> None:
-    assert rounded_up(Result("claim", "(10)", figure, 1e-6, "", "")) == text
+    assert rounded_up(figure) == text
 
 
 def test_table_is_of_the_six_whatever_ports_there_are() -> None:

@@ -31,7 +31,7 @@ function settingOf({ start = firstStart, mistake = "", constants = {} }) {
 }
 
 // whether anything but the first start is set
-const isSet = () => setting.start !== firstStart || setting.mistake !== "" || changed(setting).length > 0 || panels.has(firstCharts[0]);
+const isSet = () => setting.start !== firstStart || setting.mistake !== "" || changed(setting).length > 0;
 
 // the constants that are not those of the start
 function changed({ start, constants }) {
@@ -42,7 +42,6 @@ function programOf({ start, mistake, constants }) {
   const named = Object.entries(constants).map(([name, value]) => [camel(name), value]);
   return programs[`${given.starts[start].reference}/${mistake}`]({ ...Object.fromEntries(named), finalTime: given.horizon });
 }
-
 
 function labelOf(of) {
   const title = of.mistake && form.querySelector(`[value="${of.mistake}"]`).dataset.title;
@@ -320,8 +319,9 @@ function change(to) {
 function update() {
   now = drawnRun(runOf(setting, dragging ? STRIDE : 1));
   if (!dragging) settle();
-  const seen = [...panels.keys(), ...planes].filter((figure) => !dragging || onScreen.has(figure));
-  if (isSet()) firstCharts.filter((figure) => !panels.has(figure) && (!dragging || onScreen.has(figure))).forEach(drawPanel);
+  const isDue = (figure) => !dragging || onScreen.has(figure);
+  const seen = [...panels.keys(), ...planes].filter(isDue);
+  if (isSet()) firstCharts.filter((figure) => !panels.has(figure) && isDue(figure)).forEach(drawPanel);
   for (const figure of seen) if (panels.has(figure)) refresh(figure, panels.get(figure));
   for (const figure of seen) if (!panels.has(figure)) drawPlane(figure);
   for (const place of all(".outcome")) place.replaceChildren(...tell(now));
@@ -420,6 +420,7 @@ for (const one of forms) {
   one.addEventListener("submit", (event) => event.preventDefault());
   for (const button of all(".start", one)) button.addEventListener("click", () => change(settingOf({ start: button.dataset.start })));
 }
+
 // an open question sets what it speaks of, with the lesson's run behind
 function ask(details) {
   if (!details.open) return;
